@@ -2,6 +2,8 @@
 //!
 //! The moved mesh depends on the configuration of the bodies, not on their path.
 
+use std::sync::Arc;
+
 use fem::TaylorHood;
 use mesh::{TetMesh, Vec3};
 use nalgebra::{Isometry3, Matrix3};
@@ -34,7 +36,7 @@ use crate::{AleError, MeshMotion, MovingBody, MovingMesh};
 /// boundary are the velocities of a mesh that is moved step by step.
 #[derive(Clone, Debug)]
 pub struct ReferenceMap {
-    mesh: TetMesh,
+    mesh: Arc<TetMesh>,
     iterations: usize,
     /// Per body: the field of its translation and, if it rotates, those of the columns of `Q - I`.
     influences: Vec<Vec<Influence>>,
@@ -66,7 +68,22 @@ impl ReferenceMap {
     /// [`AleError::SharedSurface`], a centre that is not finite, or a failure of
     /// [`MeshMotion::extend`].
     pub fn new(
-        mesh: TetMesh,
+        mesh: impl Into<Arc<TetMesh>>,
+        bodies: &[MovingBody],
+        motion: &dyn MeshMotion,
+    ) -> Result<Self, AleError> {
+        let mesh = mesh.into();
+        let space = TaylorHood::new(&mesh)?;
+        Self::with_space(mesh, &space, bodies, motion)
+    }
+
+    /// As [`new`](Self::new), with the space on the cells of the mesh, which takes time and memory.
+    ///
+    /// # Errors
+    /// As [`new`](Self::new); a space of other cells.
+    pub fn with_space(
+        mesh: Arc<TetMesh>,
+        space: &TaylorHood,
         bodies: &[MovingBody],
         motion: &dyn MeshMotion,
     ) -> Result<Self, AleError> {
@@ -109,7 +126,7 @@ impl ReferenceMap {
         }
         let moving = MovingMesh {
             mesh: &mesh,
-            space: &TaylorHood::new(&mesh)?,
+            space,
             prescribed: &prescribed,
         };
         let iterations = motion.extend(&moving, &mut fields)?;

@@ -369,6 +369,18 @@ impl Constrained {
         })
     }
 
+    /// Frees what only preconditioners are made of: a system that has one needs no other.
+    ///
+    /// # Errors
+    /// None for a system that was built.
+    pub fn free_prolongation(&mut self) -> Result<(), RigidError> {
+        let empty = || Csr::zero((0, 0));
+        self.prolongation = Prolongation::new(empty(), empty())?;
+        self.vertex_stiffness = empty();
+        self.pressure_stiffness = None;
+        Ok(())
+    }
+
     /// Number in the mesh of each free node, in the order of the dofs.
     pub fn free_nodes(&self) -> &[u32] {
         &self.surfaces.free_nodes

@@ -70,7 +70,7 @@ impl<'a> CubicSystem<'a> {
         let of_coarse = equations.operator.residual_weights().unwrap_or_default();
         let mut weights = of_coarse.to_vec();
         if !weights.is_empty() {
-            weights.extend(extension.diagonal().iter().map(|d| (1.0 / d) as f32));
+            weights.extend((0..extension.len()).map(|k| (1.0 / extension.diagonal(k)) as f32));
         }
         Self {
             equations,
@@ -93,13 +93,13 @@ impl<'a> CubicSystem<'a> {
     fn multiply(&self, x: &[f64], y: &mut [f64]) -> Result<(), StokesError> {
         let (coarse, extension) = x.split_at(self.first());
         let (velocity, pressure) = self.equations.system.flow_of_loads(coarse)?;
-        let product = self.extension.product(&velocity, &pressure, extension)?;
         let (rows, rows_of_extension) = y.split_at_mut(self.first());
+        let product =
+            (self.extension).product_into(&velocity, &pressure, extension, rows_of_extension)?;
         self.equations.operator.apply(coarse, rows);
         for (row, value) in rows.iter_mut().zip(self.coarse_rows(&product)?) {
             *row += value;
         }
-        rows_of_extension.copy_from_slice(&product.extension);
         Ok(())
     }
 
@@ -122,15 +122,13 @@ impl<'a> CubicSystem<'a> {
     /// Pressures and bubbles of the preconditioner, and the coarse residual that they leave.
     fn relax(&self, r: &[f64], extension: &mut [f64]) -> Result<Vec<f64>, StokesError> {
         let (coarse, r) = r.split_at(self.first());
-        let (diagonal, first_pressure) =
-            (self.extension.diagonal(), self.extension.first_pressure());
-        extension.fill(0.0);
+        let first_pressure = self.extension.first_pressure();
         for k in first_pressure..r.len() {
-            extension[k] = -r[k] / diagonal[k];
+            extension[k] = -r[k] / self.extension.diagonal(k);
         }
-        let product = self.extension.gradient(extension)?;
+        self.extension.gradient(extension)?;
         for k in 0..first_pressure {
-            extension[k] = (r[k] - product.extension[k]) / diagonal[k];
+            extension[k] = (r[k] - extension[k]) / self.extension.diagonal(k);
         }
         let product = self.extension.coarse_rows(extension)?;
         let rows = self.coarse_rows(&product)?;
@@ -266,13 +264,18 @@ impl<'a> Correction<'a> {
         })
     }
 
-    /// Bubbles of the velocities of surfaces; zero for surfaces that move rigidly.
-    fn bubbles_of_surfaces(&self) -> Result<Vec<f64>, StokesError> {
+    /// Bubbles of the velocities of surfaces.
+    ///
+    /// None for surfaces that move rigidly in a fluid of constant viscosity: they are zero then.
+    fn bubbles_of_surfaces(&self) -> Result<Option<Vec<f64>>, StokesError> {
+        if self.surfaces.is_none() && self.equations.varying.is_none() {
+            return Ok(None);
+        }
         let mut dofs = vec![0.0; self.extension.len()];
         if let Some((nodal, velocity)) = self.surfaces {
             self.interpolate(nodal, velocity, &nodal.velocity, &mut dofs)?;
         }
-        Ok(dofs)
+        Ok(Some(dofs))
     }
 
     /// Writes the bubbles of a velocity of all surfaces, with these nodal values, into dofs.
@@ -314,13 +317,14 @@ impl<'a> Correction<'a> {
         let equations = self.equations;
         let system = CubicSystem::new(equations, &self.extension);
         let of_surfaces = self.bubbles_of_surfaces()?;
+        let mut solutions = vec![vec![0.0; system.rows()]; flows.len()];
         let (mut forces, mut rhs) = (Vec::new(), Vec::new());
-        for flow in flows {
-            let (of_flow, column) = self.residual(flow, &of_surfaces)?;
+        for (flow, zeros) in flows.iter().zip(&solutions) {
+            let of_surfaces = of_surfaces.as_deref().unwrap_or(&zeros[system.first()..]);
+            let (of_flow, column) = self.residual(flow, of_surfaces)?;
             forces.push(of_flow);
             rhs.push(column);
         }
-        let mut solutions = vec![vec![0.0; system.rows()]; flows.len()];
         let mut extended = CubicPreconditioner {
             system: &system,
             coarse: &mut *preconditioner,
@@ -329,9 +333,9 @@ impl<'a> Correction<'a> {
         let of_columns = rhs.iter_mut().zip(&mut forces).zip(&mut solutions);
         for (((b, forces), x), reduction) in of_columns.zip(&mut reductions) {
             extended.iterate(b, x, self.rtol)?;
-            if equations.varying.is_some() {
+            if let (Some(of_surfaces), true) = (&of_surfaces, equations.varying.is_some()) {
                 let first = x.clone();
-                self.add_remainder(x, &of_surfaces, forces, b)?;
+                self.add_remainder(x, of_surfaces, forces, b)?;
                 extended.iterate(b, x, self.rtol)?;
                 *reduction = system.reduction(&first, x);
             }
@@ -345,10 +349,13 @@ impl<'a> Correction<'a> {
             let mut flow = equations.of_whole_mesh(flow)?;
             let mean = fem::mean_pressure(self.mesh, &flow.pressure)?;
             flow.pressure.iter_mut().for_each(|p| *p -= mean);
-            let dofs = solution[first..].iter().zip(&of_surfaces);
+            let mut extension = solution[first..].to_vec();
+            for (own, of_surface) in extension.iter_mut().zip(of_surfaces.iter().flatten()) {
+                *own += of_surface;
+            }
             changes.push(Change {
                 flow,
-                extension: dofs.map(|(own, of_surface)| own + of_surface).collect(),
+                extension,
                 reduction,
             });
         }

@@ -304,6 +304,9 @@ impl<'a> Problem<'a> {
         let bodies = self.surface_bodies()?;
         let matrices = space.matrices(mesh)?;
         let permeability = self.permeability_of(&roles, &matrices)?;
+        let of_gaps = permeability
+            .map(|permeability| space.weighted_vertex_stiffness(mesh, &permeability))
+            .transpose()?;
         let mut nodes = FluidNodes::new(mesh.points(), &roles)
             .with_symmetry_planes(mesh.nodes_on_symmetry_planes());
         if let Some(surfaces) = surfaces {
@@ -311,6 +314,8 @@ impl<'a> Problem<'a> {
         }
         let (mut fluid, forces) = match terms {
             None => {
+                // The blocks of the matrices are the peak of the memory.
+                drop(new_space.take());
                 let fluid = RigidFluid::new(fluid_matrices(matrices), nodes, &bodies)?;
                 (fluid, Vec::new())
             }
@@ -326,8 +331,7 @@ impl<'a> Problem<'a> {
                 )
             }
         };
-        if let Some(permeability) = &permeability {
-            let stiffness = space.weighted_vertex_stiffness(mesh, permeability)?;
+        if let Some(stiffness) = of_gaps {
             fluid = fluid.with_pressure_stiffness(stiffness)?;
         }
         Ok((formulation.constrain(fluid, drive)?, forces))

@@ -166,7 +166,7 @@ impl Problem<'_> {
         let clock = Instant::now();
         let surfaces = self.nodal_surface_flow()?;
         let surfaces = surfaces.as_ref();
-        let system = self.assemble_with(drive, options.formulation, surfaces)?;
+        let mut system = self.assemble_with(drive, options.formulation, surfaces)?;
         let others: Vec<Imposed> = others
             .iter()
             .map(|drive| system.imposed(drive))
@@ -188,6 +188,9 @@ impl Problem<'_> {
             let (iterations, residual) = (report.iterations, report.true_rel_residual);
             let solver = SolverReport::new(options.formulation, name, iterations, residual);
             reports.push((solver, report.error_estimate()));
+        }
+        if block.is_some() {
+            system.free_prolongation()?;
         }
         let clock = Instant::now();
         let estimates = match surplus {

@@ -3,9 +3,8 @@
 use std::collections::HashMap;
 use std::sync::LazyLock;
 
-use mesh::{TET_EDGES, TetMesh, Vec3};
+use mesh::{Grouped, TET_EDGES, TetMesh, Vec3};
 use nalgebra::Matrix3;
-use rayon::prelude::*;
 
 use crate::FemError;
 use crate::quadrature::{CellPoint, degree_5};
@@ -46,34 +45,40 @@ impl Bubbles {
                 limit: MAX_CELLS,
             });
         }
-        let mut sides: Vec<([u32; 3], u32)> = cells
-            .par_iter()
-            .enumerate()
-            .flat_map_iter(|(cell, nodes)| {
-                (0..4).map(move |opposite| {
+        // Faces are sorted by their smallest vertex, then by the other two.
+        let sides = || {
+            let all = cells.iter().enumerate();
+            all.flat_map(|(cell, nodes)| {
+                [0, 1, 2, 3].map(|opposite| {
                     let mut key = corners(opposite).map(|v| nodes[v]);
                     key.sort_unstable();
-                    (key, 4 * cell as u32 + opposite as u32)
+                    let number = 4 * cell as u32 + opposite as u32;
+                    (key[0], ([key[1], key[2]], number))
                 })
             })
-            .collect();
-        sides.par_sort_unstable();
+        };
+        let mut sides = Grouped::new(mesh.n_vertices(), sides);
 
         let n_edges = mesh.n_points() - mesh.n_vertices();
         let on_symmetry_planes = on_symmetry_planes(mesh);
         let mut faces = vec![[0; 4]; cells.len()];
         let mut constrained = vec![0; n_edges];
-        for shared in sides.chunk_by(|a, b| a.0 == b.0) {
-            let number = constrained.len() as u32;
-            constrained.push(match shared.len() {
-                1 => on_symmetry_planes
-                    .get(&shared[0].0)
-                    .copied()
-                    .unwrap_or(ALL_COMPONENTS),
-                _ => 0,
-            });
-            for &(_, side) in shared {
-                faces[side as usize / 4][side as usize % 4] = number;
+        for vertex in 0..mesh.n_vertices() as u32 {
+            let around = sides.of_mut(vertex);
+            around.sort_unstable();
+            for shared in around.chunk_by(|a, b| a.0 == b.0) {
+                let number = constrained.len() as u32;
+                let [second, third] = shared[0].0;
+                constrained.push(match shared.len() {
+                    1 => on_symmetry_planes
+                        .get(&[vertex, second, third])
+                        .copied()
+                        .unwrap_or(ALL_COMPONENTS),
+                    _ => 0,
+                });
+                for &(_, side) in shared {
+                    faces[side as usize / 4][side as usize % 4] = number;
+                }
             }
         }
         let n_vertices = mesh.n_vertices();

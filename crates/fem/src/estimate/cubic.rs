@@ -8,7 +8,7 @@ use rayon::prelude::*;
 
 use super::bubbles::{BUBBLES_PER_CELL, rule, signs};
 use super::cubic_cell::{Cell, CellValues, CoarseRows, CoarseValues, Gradient, Product};
-use super::cubic_tables::{AffineCell, CurvedCell, Vectors};
+use super::cubic_tables::{AffineCell, AffineMap, CurvedCell, Vectors};
 use super::facet_geometry::gradient_of;
 use super::surplus::SurplusSpace;
 use super::surplus_part::SurplusPart;
@@ -34,7 +34,7 @@ use crate::sum::{CELLS_PER_TASK, accumulate, sum_over};
 /// product is one pass over the cells, with tables of the reference cell for affine cells and
 /// stored element matrices for curved ones.
 ///
-/// Memory: 9 kB per curved cell and 140 bytes per affine one. Dofs of the extension are three
+/// Memory: 5 kB per curved cell and 90 bytes per affine one. Dofs of the extension are three
 /// components of each bubble and then one pressure per edge. Those that the boundary prescribes are
 /// zero in all rows; in a vector they are zero, or the velocity of a surface
 /// ([`interpolate`](Self::interpolate)).
@@ -50,6 +50,7 @@ pub struct CubicExtension<'a> {
     space: &'a SurplusSpace,
     mesh: &'a TetMesh,
     cells: Vec<Cell>,
+    /// One entry per bubble, then one per pressure.
     diagonal: Vec<f64>,
     viscosity: Option<&'a VaryingViscosity<'a>>,
 }
@@ -94,7 +95,7 @@ impl<'a> CubicExtension<'a> {
         let matrices = |cell: usize| {
             let points = mesh.cell_points(cell);
             Ok(match mesh.is_affine(cell) {
-                true => Cell::Affine(AffineCell::new(&Affine::new(cell, &points)?)),
+                true => Cell::Affine(AffineMap::new(&Affine::new(cell, &points)?)),
                 false => Cell::Curved(CurvedCell::new(cell, &points)?),
             })
         };
@@ -158,12 +159,20 @@ impl<'a> CubicExtension<'a> {
         3 * self.space.bubbles.len()
     }
 
-    /// `∫ |∇φ|^2` for the components of the bubbles, then `∫ ψ^2` for the pressures.
+    /// `∫ |∇φ|^2` for a component of a bubble, `∫ ψ^2` for a pressure.
     ///
     /// The diagonal of the matrix for velocities; for pressures that of the mass matrix, to which
     /// minus the Schur complement is spectrally equivalent.
-    pub fn diagonal(&self) -> &[f64] {
-        &self.diagonal
+    ///
+    /// # Panics
+    /// If there is no such dof.
+    #[inline]
+    pub fn diagonal(&self, dof: usize) -> f64 {
+        let bubbles = self.space.bubbles.len();
+        match dof < 3 * bubbles {
+            true => self.diagonal[dof / 3],
+            false => self.diagonal[dof - 2 * bubbles],
+        }
     }
 
     fn n_edges(&self) -> usize {
@@ -171,11 +180,11 @@ impl<'a> CubicExtension<'a> {
     }
 
     fn compute_diagonal(&self) -> Vec<f64> {
-        let mut diagonal = vec![0.0; self.len()];
-        let (nodes, first_pressure) = (self.mesh.n_vertices(), self.first_pressure());
+        let (nodes, first_pressure) = (self.mesh.n_vertices(), self.space.bubbles.len());
+        let mut diagonal = vec![0.0; first_pressure + self.n_edges()];
         for (number, cell) in self.cells.iter().enumerate() {
             let (energies, masses) = match cell {
-                Cell::Affine(cell) => cell.diagonals(),
+                Cell::Affine(map) => AffineCell::new(map).diagonals(),
                 Cell::Curved(cell) => cell.diagonals(),
             };
             let viscosity = self
@@ -184,9 +193,7 @@ impl<'a> CubicExtension<'a> {
             let cell_nodes = &self.mesh.cells()[number];
             let bubbles = self.space.bubbles.of_cell(number, cell_nodes);
             for (bubble, energy) in bubbles.into_iter().zip(energies) {
-                for value in &mut diagonal[3 * bubble..3 * bubble + 3] {
-                    *value += viscosity * energy;
-                }
+                diagonal[bubble] += viscosity * energy;
             }
             for (&node, mass) in cell_nodes[4..].iter().zip(masses) {
                 diagonal[first_pressure + node as usize - nodes] += mass / viscosity;
@@ -282,9 +289,17 @@ impl<'a> CubicExtension<'a> {
     /// The product with a flow at rest.
     fn zero_product(&self) -> CubicProduct {
         CubicProduct {
+            extension: vec![0.0; self.len()],
+            ..self.zero_coarse_product()
+        }
+    }
+
+    /// The same without rows of the extension.
+    fn zero_coarse_product(&self) -> CubicProduct {
+        CubicProduct {
             velocity: vec![Vec3::zeros(); self.mesh.n_points()],
             pressure: vec![0.0; self.mesh.n_vertices()],
-            extension: vec![0.0; self.len()],
+            extension: Vec::new(),
         }
     }
 
@@ -307,6 +322,23 @@ impl<'a> CubicExtension<'a> {
         self.product_with(StressOf::Derivative, velocity, pressure, extension)
     }
 
+    /// The [`product`](Self::product) with the rows of the extension written to `rows`, and none
+    /// in the result.
+    ///
+    /// # Errors
+    /// Those of [`product`](Self::product); rows of the wrong length.
+    pub fn product_into(
+        &self,
+        velocity: &[Vec3],
+        pressure: &[f64],
+        extension: &[f64],
+        rows: &mut [f64],
+    ) -> Result<CubicProduct, FemError> {
+        check_length("the rows of the extension", rows.len(), self.len())?;
+        rows.fill(0.0);
+        self.add_product(StressOf::Derivative, (velocity, pressure), extension, rows)
+    }
+
     fn product_with(
         &self,
         stress: StressOf,
@@ -314,12 +346,28 @@ impl<'a> CubicExtension<'a> {
         pressure: &[f64],
         extension: &[f64],
     ) -> Result<CubicProduct, FemError> {
+        let mut rows = vec![0.0; self.len()];
+        let product = self.add_product(stress, (velocity, pressure), extension, &mut rows)?;
+        Ok(CubicProduct {
+            extension: rows,
+            ..product
+        })
+    }
+
+    /// Adds the rows of the extension to zeros, and returns the other rows of a product.
+    fn add_product(
+        &self,
+        stress: StressOf,
+        (velocity, pressure): (&[Vec3], &[f64]),
+        extension: &[f64],
+        rows_of_extension: &mut [f64],
+    ) -> Result<CubicProduct, FemError> {
         let mesh = self.mesh;
         check_vectors("the velocity", velocity, mesh.n_points())?;
         check_array("the pressure", pressure, mesh.n_vertices())?;
         check_length("the extension", extension.len(), self.len())?;
         let extension = &*self.completed(extension);
-        let mut product = self.zero_product();
+        let mut product = self.zero_coarse_product();
         let arch = Arch::new();
         let of_cell = |cell: usize, rows: &mut CellValues| {
             let nodes = &mesh.cells()[cell];
@@ -345,12 +393,12 @@ impl<'a> CubicExtension<'a> {
         };
         accumulate(mesh.n_cells(), of_cell, |cell, rows| {
             self.add_to_coarse(cell, &rows.coarse, &mut product);
-            self.add_to_bubbles(cell, &rows.bubbles, &mut product.extension);
+            self.add_to_bubbles(cell, &rows.bubbles, rows_of_extension);
             for (edge, value) in self.edge_numbers(cell).into_iter().zip(rows.edges) {
-                product.extension[edge] += value;
+                rows_of_extension[edge] += value;
             }
         });
-        self.constrain(&mut product.extension);
+        self.constrain(rows_of_extension);
         Ok(product)
     }
 
@@ -363,11 +411,7 @@ impl<'a> CubicExtension<'a> {
     pub fn coarse_rows(&self, extension: &[f64]) -> Result<CubicProduct, FemError> {
         check_length("the extension", extension.len(), self.len())?;
         let extension = &*self.completed(extension);
-        let mut product = CubicProduct {
-            velocity: vec![Vec3::zeros(); self.mesh.n_points()],
-            pressure: vec![0.0; self.mesh.n_vertices()],
-            extension: Vec::new(),
-        };
+        let mut product = self.zero_coarse_product();
         let arch = Arch::new();
         let of_cell = |cell: usize, rows: &mut CoarseValues| {
             let bubbles = self.bubbles_of(cell, extension);
@@ -387,35 +431,35 @@ impl<'a> CubicExtension<'a> {
         Ok(product)
     }
 
-    /// Rows of the bubbles of a product with the pressures of the extension alone.
+    /// Writes the rows of the bubbles of a product with the pressures of the extension alone.
     ///
-    /// All other rows are left out or zero. Cost: a tenth of [`product`](Self::product).
+    /// They take the place of the dofs of the bubbles, which are not read. Cost: a tenth of
+    /// [`product`](Self::product).
     ///
     /// # Errors
     /// An array of the wrong length.
-    pub fn gradient(&self, extension: &[f64]) -> Result<CubicProduct, FemError> {
+    pub fn gradient(&self, extension: &mut [f64]) -> Result<(), FemError> {
         check_length("the extension", extension.len(), self.len())?;
-        let extension = &*self.completed(extension);
-        let mut product = CubicProduct {
-            velocity: Vec::new(),
-            pressure: Vec::new(),
-            extension: vec![0.0; self.len()],
-        };
+        if let Some(part) = &self.space.part {
+            part.update(extension);
+        }
+        let first = self.first_pressure();
+        let (bubbles, pressures) = extension.split_at_mut(first);
+        bubbles.fill(0.0);
         let arch = Arch::new();
         let of_cell = |cell: usize, rows: &mut Vectors| {
-            let edges = self.edges_of(cell, extension);
-            let cell = &self.cells[cell];
+            let edges = self.edge_numbers(cell).map(|edge| pressures[edge - first]);
             arch.dispatch(Gradient {
-                cell,
+                cell: &self.cells[cell],
                 edges: &edges,
                 rows,
             });
         };
         accumulate(self.mesh.n_cells(), of_cell, |cell, rows| {
-            self.add_to_bubbles(cell, rows, &mut product.extension);
+            self.add_to_bubbles(cell, rows, bubbles);
         });
-        self.constrain(&mut product.extension);
-        Ok(product)
+        self.constrain(extension);
+        Ok(())
     }
 
     /// Adds what a viscosity that varies has in addition to `∇u`, in the rows of nodes and bubbles.

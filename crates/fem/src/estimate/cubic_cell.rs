@@ -8,12 +8,12 @@ use nalgebra::Matrix3;
 use pulp::NullaryFnOnce;
 
 use super::cubic_tables::{
-    AffineCell, CurvedCell, Divergence, Stiffness, Vectors, reference_divergence,
+    AffineCell, AffineMap, CurvedCell, Divergence, Stiffness, Vectors, reference_divergence,
 };
 
 /// Element matrices of a cell.
 pub(super) enum Cell {
-    Affine(AffineCell),
+    Affine(AffineMap),
     Curved(Box<CurvedCell>),
 }
 
@@ -39,7 +39,7 @@ impl Cell {
     #[inline(always)]
     fn divergence(&self) -> (&Divergence, Matrix3<f64>) {
         match self {
-            Self::Affine(cell) => (reference_divergence(), cell.pull),
+            Self::Affine(map) => (reference_divergence(), AffineCell::new(map).pull),
             Self::Curved(cell) => (&cell.divergence, Matrix3::identity()),
         }
     }
@@ -65,8 +65,8 @@ impl NullaryFnOnce for Product<'_> {
         } = values;
         let affine;
         let stiffness = match cell {
-            Cell::Affine(cell) => {
-                affine = Stiffness::affine(cell);
+            Cell::Affine(map) => {
+                affine = Stiffness::affine(&AffineCell::new(map));
                 &affine
             }
             Cell::Curved(cell) => &cell.stiffness,
@@ -118,7 +118,7 @@ impl NullaryFnOnce for CoarseRows<'_> {
         } = self;
         let mut to_nodes = ZERO;
         match cell {
-            Cell::Affine(cell) => Stiffness::affine_between_nodes_and_bubbles(cell)
+            Cell::Affine(map) => Stiffness::affine_between_nodes_and_bubbles(&AffineCell::new(map))
                 .add_to_nodes(bubbles, &mut to_nodes),
             Cell::Curved(cell) => cell.stiffness.add_to_nodes(bubbles, &mut to_nodes),
         }

@@ -24,6 +24,23 @@ pub(super) struct Stiffness {
     from_nodes: Square,
 }
 
+/// Inverse transpose `J^-T` of the map to an affine cell, and the volume of the cell.
+#[derive(Clone, Copy)]
+pub(super) struct AffineMap {
+    inverse_transpose: Matrix3<f64>,
+    volume: f64,
+}
+
+impl AffineMap {
+    /// Reads the geometry of a cell.
+    pub fn new(cell: &Affine) -> Self {
+        Self {
+            inverse_transpose: cell.map().inverse_transpose(),
+            volume: cell.volume,
+        }
+    }
+}
+
 /// What the element matrices of an affine cell depend on.
 #[derive(Clone, Copy)]
 pub(super) struct AffineCell {
@@ -36,13 +53,14 @@ pub(super) struct AffineCell {
 
 impl AffineCell {
     /// Reads the geometry of a cell.
-    pub fn new(cell: &Affine) -> Self {
-        let map = cell.map();
-        let metric = map.metric() * map.measure;
+    #[inline(always)]
+    pub fn new(map: &AffineMap) -> Self {
+        let measure = 6.0 * map.volume;
+        let metric = map.inverse_transpose.tr_mul(&map.inverse_transpose) * measure;
         Self {
             metric: METRIC.map(|at| metric[at]),
-            pull: map.inverse_transpose() * map.measure,
-            volume: cell.volume,
+            pull: map.inverse_transpose * measure,
+            volume: map.volume,
         }
     }
 
@@ -147,26 +165,41 @@ fn add_scaled(sum: &mut Square, weight: f64, table: &Square) {
 
 /// `∫ ψ_p ∂φ_k/∂ξ_d` of ten velocities `k` and `P` pressures `p`.
 ///
-/// Stored in two layouts, because the innermost loop of a product runs over contiguous results.
+/// For the reference cell in two layouts, because the innermost loop of a product then runs over
+/// contiguous results. Of the few curved cells one layout takes half the memory.
 pub(super) struct Coupling<const P: usize> {
     /// By component `d`, velocity `k`, pressure `p`.
-    by_velocity: [[[f64; P]; 10]; 3],
+    by_velocity: Option<Box<ByVelocity<P>>>,
     /// By pressure `p`, component `d`, velocity `k`.
     by_pressure: [[[f64; 10]; 3]; P],
 }
 
+type ByVelocity<const P: usize> = [[[f64; P]; 10]; 3];
+
 impl<const P: usize> Coupling<P> {
     const ZERO: Self = Self {
-        by_velocity: [[[0.0; P]; 10]; 3],
+        by_velocity: None,
         by_pressure: [[[0.0; 10]; 3]; P],
     };
+
+    /// Adds the second layout.
+    fn store_by_velocity(&mut self) {
+        let mut by_velocity = Box::new([[[0.0; P]; 10]; 3]);
+        for (p, table) in self.by_pressure.iter().enumerate() {
+            for (d, values) in table.iter().enumerate() {
+                for (k, value) in values.iter().enumerate() {
+                    by_velocity[d][k][p] = *value;
+                }
+            }
+        }
+        self.by_velocity = Some(by_velocity);
+    }
 
     /// Adds the products of pressures with gradients at a quadrature point.
     fn add(&mut self, pressures: [f64; P], gradients: &[Vec3; 10]) {
         for (k, gradient) in gradients.iter().enumerate() {
             for (p, value) in pressures.into_iter().enumerate() {
                 for d in 0..3 {
-                    self.by_velocity[d][k][p] += value * gradient[d];
                     self.by_pressure[p][d][k] += value * gradient[d];
                 }
             }
@@ -177,9 +210,24 @@ impl<const P: usize> Coupling<P> {
     #[inline(always)]
     pub fn minus_divergence(&self, velocities: &Vectors) -> [f64; P] {
         let mut sums = [[0.0; P]; 3];
-        for k in 0..10 {
-            for ((sums, values), table) in sums.iter_mut().zip(velocities).zip(&self.by_velocity) {
-                add(sums, values[k], &table[k]);
+        match &self.by_velocity {
+            Some(by_velocity) => {
+                for k in 0..10 {
+                    for ((sums, values), table) in
+                        sums.iter_mut().zip(velocities).zip(by_velocity.iter())
+                    {
+                        add(sums, values[k], &table[k]);
+                    }
+                }
+            }
+            None => {
+                for (p, table) in self.by_pressure.iter().enumerate() {
+                    for ((sums, values), table) in sums.iter_mut().zip(velocities).zip(table) {
+                        for (value, entry) in values.iter().zip(table) {
+                            sums[p] += value * entry;
+                        }
+                    }
+                }
             }
         }
         let mut rows = [0.0; P];
@@ -253,6 +301,9 @@ fn reference() -> &'static Reference {
             }
             (tables.divergence).add(point, point.at.weight, &Matrix3::identity());
         }
+        tables.divergence.linear.store_by_velocity();
+        tables.divergence.edges.store_by_velocity();
+        tables.divergence.from_nodes.store_by_velocity();
         tables
     });
     &REFERENCE

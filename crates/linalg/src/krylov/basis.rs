@@ -69,6 +69,11 @@ impl<'a> OrthonormalBasis<'a> {
         }
     }
 
+    /// Frees all vectors.
+    pub(super) fn clear(&mut self) {
+        self.vectors = Vec::new();
+    }
+
     /// Number of vectors that may stay when vector `j` is stored again.
     fn reusable(&self, j: usize, single: bool) -> usize {
         match self.vectors.get(j) {

@@ -223,6 +223,10 @@ impl<'a> Column<'a> {
                 self.z.add_combination(&y[..self.stored], self.x);
                 (self.stored < self.steps).then(|| {
                     self.v.combine(self.stored, &y[self.stored..], &mut self.w);
+                    // The last product decides: there is no further cycle.
+                    if !self.progress.may_iterate() {
+                        self.v.clear();
+                    }
                     (&*self.w, &mut *self.work)
                 })
             }

@@ -65,6 +65,40 @@ impl LinkedTets {
         LinkedTets { tets, across }
     }
 
+    /// Keeps the tets for which `is_kept` holds, in their order.
+    ///
+    /// Faces towards the others have no neighbour any more.
+    pub fn retain(&mut self, is_kept: impl Fn(&[u32; 4]) -> bool) {
+        let mut kept = 0;
+        let numbers: Vec<u32> = (self.tets.iter())
+            .map(|tet| match is_kept(tet) {
+                true => {
+                    kept += 1;
+                    kept - 1
+                }
+                false => NONE,
+            })
+            .collect();
+        for t in (0..numbers.len()).filter(|&t| numbers[t] != NONE) {
+            let number = numbers[t] as usize;
+            self.tets[number] = self.tets[t];
+            self.across[number] = self.across[t].map(|face| match face {
+                NONE => NONE,
+                face => match numbers[split(face).0] {
+                    NONE => NONE,
+                    other => face_number(other as usize, split(face).1),
+                },
+            });
+        }
+        self.tets.truncate(kept as usize);
+        self.across.truncate(kept as usize);
+    }
+
+    /// The tets without their neighbours.
+    pub fn into_tets(self) -> Vec<[u32; 4]> {
+        self.tets
+    }
+
     /// The tets.
     pub fn tets(&self) -> &[[u32; 4]] {
         &self.tets

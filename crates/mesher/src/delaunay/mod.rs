@@ -49,6 +49,17 @@ const NEW: u32 = 1 << 31;
 /// [`MeshError::NotFinite`], [`MeshError::DuplicateVertices`], and [`GenerateError::FlatPoints`] if
 /// all points lie in one plane.
 pub(crate) fn delaunay(points: &[Vec3], first: Range<u32>) -> Result<Vec<[u32; 4]>, GenerateError> {
+    Ok(linked_delaunay(points, first)?.into_tets())
+}
+
+/// The same with the neighbours of the tets.
+///
+/// # Errors
+/// Those of [`delaunay`].
+pub(crate) fn linked_delaunay(
+    points: &[Vec3],
+    first: Range<u32>,
+) -> Result<LinkedTets, GenerateError> {
     if let Some(i) = points.iter().position(|p| !p.iter().all(|c| c.is_finite())) {
         return Err(MeshError::NotFinite { point: i }.into());
     }
@@ -317,13 +328,12 @@ impl<'a> Builder<'a> {
     }
 
     /// The tets without ghosts and unused slots.
-    fn finish(self) -> Vec<[u32; 4]> {
-        let mut tets = self.linked.tets;
+    fn finish(mut self) -> LinkedTets {
         for &slot in &self.free {
-            tets[slot as usize] = [GHOST; 4];
+            self.linked.tets[slot as usize] = [GHOST; 4];
         }
-        tets.retain(|tet| tet[GHOST_SLOT] != GHOST);
-        tets
+        self.linked.retain(|tet| tet[GHOST_SLOT] != GHOST);
+        self.linked
     }
 }
 
@@ -378,6 +388,24 @@ mod tests {
             }
         }
         check(&points, 125.0);
+    }
+
+    #[test]
+    fn neighbours_of_the_construction_are_those_of_the_faces() {
+        let points: Vec<Vec3> = (1..301)
+            .map(|k| {
+                let t = f64::from(k);
+                Vec3::new((12.9 * t).sin(), (78.2 * t).sin(), (37.7 * t).sin())
+            })
+            .collect();
+        let mut linked = linked_delaunay(&points, 0..0).unwrap();
+        for _ in 0..2 {
+            let by_faces = LinkedTets::new(points.len(), linked.tets.clone());
+            assert_eq!(linked.across, by_faces.across);
+            let before = linked.tets.len();
+            linked.retain(|tet| tet.iter().any(|v| v % 7 < 2));
+            assert!(linked.tets.len() > before / 2);
+        }
     }
 
     #[test]

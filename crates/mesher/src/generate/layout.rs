@@ -220,36 +220,33 @@ impl<'a> Layout<'a> {
         self.planes.through(&corners).axis()
     }
 
-    /// Removes the tets that are not in the fluid.
+    /// Whether a tet is in the fluid.
     ///
-    /// These are the tets inside bodies, those outside a container that is not the convex hull of
+    /// Others are the tets inside bodies, those outside a container that is not the convex hull of
     /// its vertices, and flat tets on a wall with discontinuous curvature.
     ///
     /// On such a wall, as at the ends of a cylinder, four vertices may lie nearly on a circle, and
     /// the Delaunay tet between them is nearly flat. Without it the wall follows the other
     /// diagonal.
-    pub fn fluid(&self, mut tets: Vec<[u32; 4]>) -> Vec<[u32; 4]> {
+    pub fn is_fluid(&self, tet: &[u32; 4]) -> bool {
         let n_bodies = self.surfaces.len() as u32;
-        tets.retain(|tet| {
-            let owner = tet.map(|v| self.owner[v as usize]);
-            if owner[0] < n_bodies {
-                let joins = owner.iter().any(|&o| o != owner[0]);
-                return joins || self.is_given[owner[0] as usize] || !self.is_inside(tet);
+        let owner = tet.map(|v| self.owner[v as usize]);
+        if owner[0] < n_bodies {
+            let joins = owner.iter().any(|&o| o != owner[0]);
+            return joins || self.is_given[owner[0] as usize] || !self.is_inside(tet);
+        }
+        if owner.iter().any(|&o| o != n_bodies) {
+            return true;
+        }
+        match self.wall {
+            _ if self.is_given[owner[0] as usize] => true,
+            WallKind::Hull => true,
+            WallKind::CurvatureJumps => !is_flat(self.corners(tet)),
+            WallKind::AnyShape => {
+                let corners = self.corners(tet);
+                !is_in_surface(self.container, corners) && is_behind(self.container, corners)
             }
-            if owner.iter().any(|&o| o != n_bodies) {
-                return true;
-            }
-            match self.wall {
-                _ if self.is_given[owner[0] as usize] => true,
-                WallKind::Hull => true,
-                WallKind::CurvatureJumps => !is_flat(self.corners(tet)),
-                WallKind::AnyShape => {
-                    let corners = self.corners(tet);
-                    !is_in_surface(self.container, corners) && is_behind(self.container, corners)
-                }
-            }
-        });
-        tets
+        }
     }
 
     /// Whether a tet with all vertices on one body is inside it.

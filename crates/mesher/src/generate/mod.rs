@@ -156,7 +156,7 @@ fn generate_with(
     lap(&mut seconds.points);
 
     let mut changes = 0;
-    let tets = loop {
+    let mut tets = loop {
         let missing = match recovered_surfaces::recovered(&mut layout)? {
             Ok(tets) => break tets,
             Err(missing) => missing,
@@ -169,7 +169,6 @@ fn generate_with(
         surfaces.change(&missing)?;
         layout = surfaces.layout()?;
     };
-    let mut tets = LinkedTets::new(layout.points.len(), tets);
     let sizes = odt_smoothing::smooth(&mut layout, &mut tets, surfaces.field(), params.sweeps);
     lap(&mut seconds.smoothing);
 

@@ -57,13 +57,15 @@ pub(crate) fn smooth(
 /// Shortens the steps of vertices until no tet is inverted.
 fn untangle(tets: &[[u32; 4]], points: &[Vec3], moved: &mut [Vec3]) {
     let mut halvings = vec![0u8; points.len()];
+    let mut is_changed = vec![true; points.len()];
     loop {
         let inverted: Vec<u32> = (0..tets.len() as u32)
             .into_par_iter()
             .with_min_len(CHUNK)
             .filter(|&t| {
-                let [a, b, c, d] = tets[t as usize].map(|v| &moved[v as usize]);
-                orientation(a, b, c, d) <= 0.0
+                let tet = tets[t as usize];
+                let [a, b, c, d] = tet.map(|v| &moved[v as usize]);
+                tet.iter().any(|&v| is_changed[v as usize]) && orientation(a, b, c, d) <= 0.0
             })
             .collect();
         if inverted.is_empty() {
@@ -72,7 +74,10 @@ fn untangle(tets: &[[u32; 4]], points: &[Vec3], moved: &mut [Vec3]) {
         let mut vertices: Vec<u32> = inverted.iter().flat_map(|&t| tets[t as usize]).collect();
         vertices.sort_unstable();
         vertices.dedup();
+        // Tets without a vertex that changes need no second test.
+        is_changed.fill(false);
         for v in vertices.into_iter().map(|v| v as usize) {
+            is_changed[v] = true;
             moved[v] = if halvings[v] < HALVINGS {
                 0.5 * (points[v] + moved[v])
             } else {

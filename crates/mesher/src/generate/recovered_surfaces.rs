@@ -3,7 +3,7 @@
 use super::layout::{Layout, is_flat};
 use super::surface_refinement::circumcircle;
 use crate::GenerateError;
-use crate::delaunay::{carve, delaunay};
+use crate::delaunay::{LinkedTets, carve, delaunay, linked_delaunay};
 use std::collections::{BTreeMap, HashSet};
 
 /// Part of the radius of a ball by which the vertices on its surface may be inside.
@@ -29,20 +29,22 @@ pub(crate) struct Missing {
 /// Those of [`delaunay`].
 pub(super) fn recovered(
     layout: &mut Layout<'_>,
-) -> Result<Result<Vec<[u32; 4]>, Vec<Missing>>, GenerateError> {
+) -> Result<Result<LinkedTets, Vec<Missing>>, GenerateError> {
     let given = layout.given_faces();
+    if given.is_empty() {
+        let mut tets = linked_delaunay(&layout.points, layout.centres.clone())?;
+        tets.retain(|tet| layout.is_fluid(tet));
+        return Ok(Ok(tets));
+    }
     loop {
         let tets = delaunay(&layout.points, layout.centres.clone())?;
-        if given.is_empty() {
-            return Ok(Ok(layout.fluid(tets)));
-        }
         let missing = match carve(layout.points.len(), tets.clone(), &given) {
-            Ok(tets) => {
-                let tets = layout.fluid(tets);
+            Ok(mut tets) => {
+                tets.retain(|tet| layout.is_fluid(tet));
                 let tets = without_flat(layout, tets, &given);
                 // From now on the faces of the tets decide.
                 layout.is_given.fill(false);
-                return Ok(Ok(tets));
+                return Ok(Ok(LinkedTets::new(layout.points.len(), tets)));
             }
             Err(missing) => missing,
         };

@@ -165,7 +165,8 @@ fn attempt(
             });
         };
         layout.given_offsets = fronts.offsets(mesh, &parts, &layout);
-        let mut tets = LinkedTets::new(layout.points.len(), layout.fluid(tets));
+        let mut tets = LinkedTets::new(layout.points.len(), tets);
+        tets.retain(|tet| layout.is_fluid(tet));
         let sizes = odt_smoothing::smooth(&mut layout, &mut tets, &field, params.sweeps);
         let tets = improve(&mut layout, tets, sizes, &field, &params);
         let new = assemble::assemble(&layout, &meshed(&names, &parts), &tets)?;

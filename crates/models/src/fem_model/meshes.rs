@@ -30,7 +30,7 @@ pub struct Meshes {
     /// Methods by which meshes move, in the order in which they are tried.
     ///
     /// Several only for the mesh of a file, which is generated again only if none is good enough.
-    motions: Vec<Box<dyn MeshMotion>>,
+    motions: Vec<Arc<dyn MeshMotion>>,
     /// In the order in which they were generated. The first [`Meshes::of_file`] have the mesh of a
     /// file, one per method in use.
     references: Vec<ReferenceMesh>,
@@ -102,9 +102,12 @@ impl Meshes {
     }
 
     /// Function spaces on the current mesh.
-    pub fn space(&self) -> Option<Arc<TaylorHood>> {
-        let reference = self.references.get(self.current?)?;
-        Some(reference.space.clone())
+    ///
+    /// # Errors
+    /// No current mesh, or one that is too large.
+    pub fn space(&self) -> Result<Arc<TaylorHood>, ModelError> {
+        let current = self.current.and_then(|k| self.references.get(k));
+        current.ok_or(ModelError::NoMesh)?.space()
     }
 
     /// Space for error estimates on the current mesh, after [`Meshes::prepare_estimates`].
@@ -143,7 +146,7 @@ impl Meshes {
                         before != number && !(has_file(before) && has_file(number))
                     });
                     return Ok(PlacedMesh {
-                        mesh: Arc::new(mesh),
+                        mesh,
                         remeshed: None,
                         has_other_cells,
                     });
@@ -169,7 +172,7 @@ impl Meshes {
             other => other,
         })?;
         Ok(PlacedMesh {
-            mesh: Arc::new(mesh),
+            mesh,
             remeshed: Some(reason),
             has_other_cells: true,
         })
@@ -215,11 +218,11 @@ impl Meshes {
                     self.current = Some(number);
                     let is_other = number > 0 || !self.unusable.is_empty();
                     let remeshed = is_other.then(|| Remesh::Motion {
-                        name: reference.motion,
+                        name: reference.motion(),
                         tried: self.tried(too_poor),
                     });
                     return Ok(Some(PlacedMesh {
-                        mesh: Arc::new(mesh),
+                        mesh,
                         remeshed,
                         has_other_cells: false,
                     }));
@@ -234,7 +237,7 @@ impl Meshes {
     fn tried(&self, too_poor: &[Remesh]) -> String {
         let of_file = self.references.iter().take(self.of_file);
         let in_use = (of_file.zip(too_poor))
-            .map(|(reference, reason)| format!("{}: {reason}", reference.motion));
+            .map(|(reference, reason)| format!("{}: {reason}", reference.motion()));
         let unusable = (self.unusable.iter()).map(|(name, reason)| format!("{name}: {reason}"));
         in_use.chain(unusable).collect::<Vec<_>>().join("; ")
     }
@@ -264,9 +267,10 @@ impl Meshes {
             } else {
                 placement
             };
-            let motion = motion.as_ref();
-            match ReferenceMesh::new(&self.generator, motion, mesh.clone(), start, placement) {
-                Ok(reference) => {
+            let mesh = Arc::new(mesh.clone());
+            let reference = ReferenceMesh::new(&self.generator, motion, mesh, start, placement);
+            match reference.prepare_motion(&self.generator) {
+                Ok(()) => {
                     self.references.push(reference);
                     self.of_file += 1;
                     return Ok(true);
@@ -291,12 +295,11 @@ impl Meshes {
     ///
     /// # Errors
     /// Bodies around which no mesh can be generated.
-    fn remesh(&mut self, placement: &Placement) -> Result<TetMesh, ModelError> {
+    fn remesh(&mut self, placement: &Placement) -> Result<Arc<TetMesh>, ModelError> {
         let surfaced = self.generator.placement(placement);
-        let mesh = self.generator.generate(&surfaced)?;
-        let motion = self.motions[0].as_ref();
-        let (generator, mesh_at) = (&self.generator, mesh.clone());
-        let reference = ReferenceMesh::new(generator, motion, mesh_at, surfaced, placement)?;
+        let mesh = Arc::new(self.generator.generate(&surfaced)?);
+        let (generator, motion, mesh_at) = (&self.generator, &self.motions[0], Arc::clone(&mesh));
+        let reference = ReferenceMesh::new(generator, motion, mesh_at, surfaced, placement);
         if self.references.len() == self.of_file + MAX_REFERENCES {
             self.references.remove(self.of_file);
         }

@@ -167,7 +167,7 @@ impl FemModel {
         let constraints = self.scaled.constraints(configuration, rates)?;
         let loads = self.scaled.loads(configuration, None)?;
         let drive = self.drive(&constraints, &loads);
-        let space = self.meshes.space().ok_or(ModelError::NoMesh)?;
+        let space = self.meshes.space()?;
         let surfaces = self.meshes.boundary_surfaces(&placement);
         let problem = self
             .problem(&mesh, &placement, &surfaces)?
@@ -390,7 +390,7 @@ impl Resistances for FemModel {
         };
         let surfaces = self.meshes.boundary_surfaces(&placement);
         let grand = if mesh.symmetry_planes() == [false; 3] {
-            let space = self.meshes.space().ok_or(ModelError::NoMesh)?;
+            let space = self.meshes.space()?;
             condensed(
                 self.problem(&mesh, &placement, &surfaces)?
                     .with_space(&space),

@@ -286,7 +286,7 @@ impl MovingScene {
 /// The meshes of one integration in time: of one connectivity until there is a new one.
 pub struct MovingMeshes {
     generator: MeshGenerator,
-    motion: Box<dyn MeshMotion>,
+    motion: Arc<dyn MeshMotion>,
     reference: Option<ReferenceMesh>,
     /// Whether the reference was generated, and is not the mesh of a file.
     is_generated: bool,
@@ -309,7 +309,10 @@ impl MovingMeshes {
     pub fn moved(&mut self, poses: &[Isometry3<f64>]) -> Result<Option<TetMesh>, ModelError> {
         let placement = self.snapped(poses);
         match &self.reference {
-            Some(reference) => Ok(reference.moved(&self.generator, &placement)?.ok()),
+            Some(reference) => {
+                let mesh = reference.moved(&self.generator, &placement)?.ok();
+                Ok(mesh.map(Arc::unwrap_or_clone))
+            }
             None => {
                 let is_from_file = matches!(self.generator.source, Source::File { .. });
                 self.new_mesh(placement, !is_from_file).map(Some)
@@ -327,8 +330,8 @@ impl MovingMeshes {
 
     /// The space on the cells of the present meshes; none before the first.
     pub fn space(&self) -> Option<Arc<TaylorHood>> {
-        let reference = self.reference.as_ref()?;
-        Some(Arc::clone(&reference.space))
+        // A mesh with a space that cannot be created was refused.
+        self.reference.as_ref()?.space().ok()
     }
 
     /// What the present meshes are moved from; none before the first.
@@ -349,7 +352,7 @@ impl MovingMeshes {
         if let Some(reference) = &self.reference
             && self.origin().as_ref() == Some(origin)
         {
-            return Ok(reference.mesh().clone());
+            return Ok(TetMesh::clone(reference.mesh()));
         }
         let (expected, found) = (self.generator.surfaced.len(), origin.poses.len());
         let is_from_file = matches!(self.generator.source, Source::File { .. });
@@ -371,9 +374,11 @@ impl MovingMeshes {
             Source::File { mesh, .. } if !is_generated => mesh.clone(),
             _ => self.generator.generate(&placement)?,
         };
+        let shared = Arc::new(mesh.clone());
         // The poses of all bodies would serve to restore a history, which a fluid's flow is not in.
-        let (motion, all) = (self.motion.as_ref(), Placement::default());
-        let reference = ReferenceMesh::new(&self.generator, motion, mesh.clone(), placement, &all)?;
+        let (motion, all) = (&self.motion, Placement::default());
+        let reference = ReferenceMesh::new(&self.generator, motion, shared, placement, &all);
+        reference.space()?;
         self.reference = Some(reference);
         self.is_generated = is_generated;
         Ok(mesh)

@@ -244,7 +244,7 @@ impl FemModel {
     ) -> Result<FirstOrderChange, ModelError> {
         let (scaled, mesh) = (&self.scaled, &query.placed.mesh);
         let surfaces = self.meshes.boundary_surfaces(&query.placement);
-        let problem = (self.problem(mesh, &query.placement, &surfaces)?).with_space(&query.space);
+        let problem = query.with_space(self.problem(mesh, &query.placement, &surfaces)?);
         let at_rest = Self::at_rest(query)?;
         let load = |rate: &Vector6<f64>| ExternalLoad {
             force: -rate.fixed_rows::<3>(0).into_owned(),
@@ -322,7 +322,7 @@ impl FemModel {
         let query = &now.query;
         let surfaces = self.meshes.boundary_surfaces(&query.placement);
         let problem = self.problem(&query.placed.mesh, &query.placement, &surfaces)?;
-        let problem = problem.with_space(&query.space);
+        let problem = query.with_space(problem);
         let (at_rest, loads) = (
             Self::at_rest(query)?,
             vec![ExternalLoad::default(); query.placement.poses.len()],

@@ -1,6 +1,6 @@
 //! A mesh that meshes of other configurations are moved from, and the limits of the motion.
 
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 
 use ale::{
     Biharmonic, Elastic, Harmonic, Kernel, MeshMotion, MovingBody, Rbf, ReferenceMap, Stiffening,
@@ -35,12 +35,15 @@ const MAX_GAP_RATIO: f64 = 1.5;
 const ALWAYS_ALLOWED: f64 = 0.9;
 
 /// A mesh that other meshes are moved from, and the data that belong to its connectivity.
+///
+/// What a single solve on the mesh does not need is created when it is first asked for.
 pub struct ReferenceMesh {
-    map: ReferenceMap,
-    /// Name of the method that moves the mesh.
-    pub motion: &'static str,
+    mesh: Arc<TetMesh>,
+    /// The method that moves the mesh.
+    motion: Arc<dyn MeshMotion>,
+    moving: OnceLock<Moving>,
     /// Function spaces on the cells.
-    pub space: Arc<TaylorHood>,
+    space: OnceLock<Arc<TaylorHood>>,
     /// Space for error estimates; created when estimates are first requested.
     pub surplus: Option<Arc<SurplusSpace>>,
     /// Placement of the bodies with surfaces.
@@ -48,55 +51,102 @@ pub struct ReferenceMesh {
     /// Placement of all bodies of the scene for which the reference was needed; empty for the mesh
     /// of a file, moved by the first method.
     pub placement: Placement,
-    gap_ratio: f64,
-    quality: Quality,
     /// The part of a cylinder that the mesh fills.
     capsule: Option<Capsule>,
 }
 
+/// What meshes of other configurations need.
+struct Moving {
+    map: ReferenceMap,
+    gap_ratio: f64,
+    quality: Quality,
+}
+
+/// The value of a cell, which is computed if there is none.
+///
+/// # Errors
+/// Those of the computation.
+fn get_or_try<T, E>(cell: &OnceLock<T>, compute: impl FnOnce() -> Result<T, E>) -> Result<&T, E> {
+    match cell.get() {
+        Some(value) => Ok(value),
+        None => {
+            let value = compute()?;
+            Ok(cell.get_or_init(|| value))
+        }
+    }
+}
+
 impl ReferenceMesh {
-    /// Prepares the motion of a mesh; `surfaced` is the placement of the bodies with surfaces,
-    /// `placement` that of all bodies.
+    /// A mesh with the method that moves it; `surfaced` is the placement of the bodies with
+    /// surfaces, `placement` that of all bodies.
+    pub fn new(
+        generator: &MeshGenerator,
+        motion: &Arc<dyn MeshMotion>,
+        mesh: Arc<TetMesh>,
+        surfaced: Placement,
+        placement: &Placement,
+    ) -> Self {
+        Self {
+            mesh,
+            motion: Arc::clone(motion),
+            moving: OnceLock::new(),
+            space: OnceLock::new(),
+            surplus: None,
+            capsule: generator.capsule(&surfaced),
+            surfaced,
+            placement: placement.clone(),
+        }
+    }
+
+    /// Prepares the motion of the mesh, unless it is prepared.
     ///
     /// # Errors
     /// A mesh that is too large, or whose motion cannot be computed.
-    pub fn new(
-        generator: &MeshGenerator,
-        motion: &dyn MeshMotion,
-        mesh: TetMesh,
-        surfaced: Placement,
-        placement: &Placement,
-    ) -> Result<Self, ModelError> {
-        let space = Arc::new(TaylorHood::new(&mesh)?);
-        let moving: Vec<MovingBody> = generator
-            .tags()
-            .zip(generator.surfaced.iter().zip(&surfaced.poses))
-            .map(|(tag, (body, pose))| MovingBody {
-                tag: tag.to_owned(),
-                centre: pose.translation.vector,
-                // Rotations do not change spheres.
-                rotates: !body.is_isotropic(),
+    pub fn prepare_motion(&self, generator: &MeshGenerator) -> Result<(), ModelError> {
+        self.moving(generator).map(|_| ())
+    }
+
+    fn moving(&self, generator: &MeshGenerator) -> Result<&Moving, ModelError> {
+        get_or_try(&self.moving, || {
+            let placed = generator.surfaced.iter().zip(&self.surfaced.poses);
+            let bodies: Vec<MovingBody> = (generator.tags().zip(placed))
+                .map(|(tag, (body, pose))| MovingBody {
+                    tag: tag.to_owned(),
+                    centre: pose.translation.vector,
+                    // Rotations do not change spheres.
+                    rotates: !body.is_isotropic(),
+                })
+                .collect();
+            let space = match self.space.get() {
+                Some(space) => Arc::clone(space),
+                None => Arc::new(TaylorHood::new(&self.mesh)?),
+            };
+            let mesh = Arc::clone(&self.mesh);
+            Ok(Moving {
+                map: ReferenceMap::with_space(mesh, &space, &bodies, &*self.motion)?,
+                gap_ratio: generator.gap_ratio(&self.mesh, &self.surfaced),
+                quality: self.mesh.quality(),
             })
-            .collect();
-        let gap_ratio = generator.gap_ratio(&mesh, &surfaced);
-        let quality = mesh.quality();
-        let map = ReferenceMap::new(mesh, &moving, motion)?;
-        Ok(Self {
-            gap_ratio,
-            quality,
-            capsule: generator.capsule(&surfaced),
-            motion: motion.name(),
-            map,
-            space,
-            surplus: None,
-            surfaced,
-            placement: placement.clone(),
         })
     }
 
+    /// Function spaces on the cells.
+    ///
+    /// # Errors
+    /// A mesh that is too large.
+    pub fn space(&self) -> Result<Arc<TaylorHood>, ModelError> {
+        let space = get_or_try(&self.space, || TaylorHood::new(&self.mesh).map(Arc::new))?;
+        Ok(Arc::clone(space))
+    }
+
+    /// Name of the method that moves the mesh.
+    pub fn motion(&self) -> &'static str {
+        self.motion.name()
+    }
+
     /// The mesh at its reference configuration.
-    pub fn mesh(&self) -> &TetMesh {
-        self.map.reference()
+    pub fn mesh(&self) -> &Arc<TetMesh> {
+        &self.mesh
     }
 
     /// Placement of the bodies with surfaces there.
@@ -110,7 +160,7 @@ impl ReferenceMesh {
     /// A mesh with too many cells.
     pub fn prepare_estimates(&mut self) -> Result<(), ModelError> {
         if self.surplus.is_none() {
-            self.surplus = Some(Arc::new(SurplusSpace::new(self.map.reference())?));
+            self.surplus = Some(Arc::new(SurplusSpace::new(&self.mesh)?));
         }
         Ok(())
     }
@@ -132,21 +182,25 @@ impl ReferenceMesh {
         &self,
         generator: &MeshGenerator,
         placement: &Placement,
-    ) -> Result<Result<TetMesh, Remesh>, ModelError> {
+    ) -> Result<Result<Arc<TetMesh>, Remesh>, ModelError> {
         if let Some(distance) = self.end_distance(generator, placement)
             && cylinder::is_too_close(distance)
         {
             return Ok(Err(Remesh::End(distance)));
         }
-        let mesh = match self.moved_anyway(generator, placement) {
-            Ok(mesh) => mesh,
-            Err(ale::AleError::Invalid(_)) => return Ok(Err(Remesh::Inverted)),
-            Err(other) => return Err(other.into()),
-        };
         // A mesh at its reference configuration is always accepted, because a new one would not be
         // better.
+        if *placement == self.surfaced {
+            return Ok(Ok(Arc::clone(&self.mesh)));
+        }
+        let moving = self.moving(generator)?;
+        let mesh = match self.moved_anyway(generator, placement) {
+            Ok(mesh) => mesh,
+            Err(ModelError::Ale(ale::AleError::Invalid(_))) => return Ok(Err(Remesh::Inverted)),
+            Err(other) => return Err(other),
+        };
         let quality = mesh.quality();
-        let reference = &self.quality;
+        let reference = &moving.quality;
         if quality.min_jacobian < MIN_JACOBIAN.min(ALWAYS_ALLOWED * reference.min_jacobian) {
             return Ok(Err(Remesh::Jacobian(quality.min_jacobian)));
         }
@@ -154,10 +208,10 @@ impl ReferenceMesh {
             return Ok(Err(Remesh::Quality(quality.min_quality)));
         }
         let gap_ratio = generator.gap_ratio(&mesh, placement);
-        if gap_ratio > MAX_GAP_RATIO.max(self.gap_ratio / ALWAYS_ALLOWED) {
+        if gap_ratio > MAX_GAP_RATIO.max(moving.gap_ratio / ALWAYS_ALLOWED) {
             return Ok(Err(Remesh::Gap(gap_ratio)));
         }
-        Ok(Ok(mesh))
+        Ok(Ok(Arc::new(mesh)))
     }
 
     /// The mesh moved to placed bodies, without limits of quality.
@@ -166,12 +220,12 @@ impl ReferenceMesh {
     /// rays from the centre, on tubes as material points.
     ///
     /// # Errors
-    /// [`ale::AleError::Invalid`] if a cell is inverted.
+    /// [`ale::AleError::Invalid`] if a cell is inverted; those of [`Self::prepare_motion`].
     pub fn moved_anyway(
         &self,
         generator: &MeshGenerator,
         placement: &Placement,
-    ) -> Result<TetMesh, ale::AleError> {
+    ) -> Result<TetMesh, ModelError> {
         let poses = placement.poses.iter().zip(&self.surfaced.poses);
         let bodies = || generator.surfaced.iter().zip(poses.clone());
         let motion = |(body, (now, then)): (&Surfaced, (&Isometry3<f64>, &Isometry3<f64>))| {
@@ -198,7 +252,8 @@ impl ReferenceMesh {
             })
             .collect();
         let displacements: Vec<_> = displacements.iter().map(Option::as_deref).collect();
-        self.map.moved_and_deformed(&motions, &displacements)
+        let map = &self.moving(generator)?.map;
+        Ok(map.moved_and_deformed(&motions, &displacements)?)
     }
 }
 
@@ -208,27 +263,27 @@ impl ReferenceMesh {
 /// is tried with others, ordered by cost and by the displacement that they allow
 /// (`docs/ale-files.md`): biharmonic for fine meshes, harmonic for curved cells of coarse meshes,
 /// cubic radial basis functions near walls, linear ones in gaps.
-pub fn mesh_motions(kind: MeshMotionKind, is_from_file: bool) -> Vec<Box<dyn MeshMotion>> {
+pub fn mesh_motions(kind: MeshMotionKind, is_from_file: bool) -> Vec<Arc<dyn MeshMotion>> {
     match (kind, is_from_file) {
         (MeshMotionKind::Auto, true) => vec![
-            Box::new(Biharmonic),
-            Box::new(Harmonic(Stiffening::KanchiMasud)),
-            Box::new(Rbf(Kernel::Cubic)),
-            Box::new(Rbf(Kernel::Linear)),
+            Arc::new(Biharmonic),
+            Arc::new(Harmonic(Stiffening::KanchiMasud)),
+            Arc::new(Rbf(Kernel::Cubic)),
+            Arc::new(Rbf(Kernel::Linear)),
         ],
         _ => vec![mesh_motion(kind)],
     }
 }
 
-fn mesh_motion(kind: MeshMotionKind) -> Box<dyn MeshMotion> {
+fn mesh_motion(kind: MeshMotionKind) -> Arc<dyn MeshMotion> {
     match kind {
-        MeshMotionKind::Biharmonic => Box::new(Biharmonic),
-        MeshMotionKind::Laplace => Box::new(Harmonic(Stiffening::None)),
+        MeshMotionKind::Biharmonic => Arc::new(Biharmonic),
+        MeshMotionKind::Laplace => Arc::new(Harmonic(Stiffening::None)),
         MeshMotionKind::Auto | MeshMotionKind::KanchiMasud => {
-            Box::new(Harmonic(Stiffening::KanchiMasud))
+            Arc::new(Harmonic(Stiffening::KanchiMasud))
         }
-        MeshMotionKind::InverseVolume => Box::new(Harmonic(Stiffening::InverseVolume)),
-        MeshMotionKind::Elastic => Box::new(Elastic::default()),
-        MeshMotionKind::Rbf => Box::new(Rbf(Kernel::Cubic)),
+        MeshMotionKind::InverseVolume => Arc::new(Harmonic(Stiffening::InverseVolume)),
+        MeshMotionKind::Elastic => Arc::new(Elastic::default()),
+        MeshMotionKind::Rbf => Arc::new(Rbf(Kernel::Cubic)),
     }
 }
