@@ -219,7 +219,8 @@ pub enum HydroError {
     #[error(
         "the surface velocity of sphere {sphere} has the net flux {flux:.3e} through it (mean normal \
          component over root mean square; above {highest:.0e}), for which expansions have no source \
-         beside a plane wall, in a periodic box and of many spheres: subtract the mean normal component times the normal"
+         beside a plane wall, in a periodic box and of many spheres: subtract the mean normal \
+         component times the normal"
     )]
     NetFlux {
         /// Index of the sphere.

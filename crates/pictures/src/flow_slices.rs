@@ -5,6 +5,7 @@ use std::path::Path;
 
 use models::{Configuration, FlowField, Hydrodynamics, SolutionFlow};
 use nalgebra::{Isometry3, UnitQuaternion};
+use rayon::prelude::*;
 use rigid::State;
 use scene::{PhaseSpan, Scene};
 use serde::{Deserialize, Serialize};
@@ -79,6 +80,9 @@ struct Solved {
     configuration: Unsolved,
     flow: Option<Flow>,
 }
+
+/// A slice, or the configuration of one whose flow is not known yet.
+type Sampled = Result<Box<StoredSlice>, Unsolved>;
 
 #[derive(Debug)]
 enum Flow {
@@ -256,19 +260,28 @@ impl SliceSeries {
             .map(|(_, solved)| solved)
             .collect();
         chosen.sort_by(|a, b| a.configuration.time.total_cmp(&b.configuration.time));
-        for Solved {
-            configuration,
-            flow,
-            ..
-        } in chosen
-        {
-            let slices = &mut self.stored.slices;
-            match flow {
-                Some(Flow::Field(field)) => {
-                    slices.push(configuration.sampled(&self.frame, scene, &field)?);
-                }
-                Some(Flow::Slice(slice)) => slices.push(*slice),
-                None => self.stored.unsolved.push(configuration),
+        let sampled = |solved: Solved| -> Result<Sampled, PictureError> {
+            let Solved {
+                configuration,
+                flow,
+                ..
+            } = solved;
+            Ok(match flow {
+                Some(Flow::Field(field)) => Ok(Box::new(configuration.sampled(
+                    &self.frame,
+                    scene,
+                    &field,
+                )?)),
+                Some(Flow::Slice(slice)) => Ok(slice),
+                None => Err(configuration),
+            })
+        };
+        // Each slice looks for its cells by itself.
+        let sampled: Vec<_> = chosen.into_par_iter().map(sampled).collect();
+        for slice in sampled {
+            match slice? {
+                Ok(slice) => self.stored.slices.push(*slice),
+                Err(configuration) => self.stored.unsolved.push(configuration),
             }
         }
         Ok(())

@@ -21,7 +21,7 @@ pub enum VtuEncoding {
     Base64,
 }
 
-/// Bytes that are compressed together. The blocks of an array are compressed in parallel; the
+/// Bytes that are compressed together. Blocks are compressed in parallel; the
 /// window of zlib, 32 kB, is small beside them.
 const BLOCK: usize = 1 << 18;
 
@@ -185,8 +185,9 @@ fn append_arrays(
     (text, appended): (&mut String, &mut Vec<u8>),
 ) {
     *text += &format!("<{element}>\n");
-    for array in arrays {
-        let block = array.values.block(encoding);
+    let blocks = arrays.par_iter().map(|array| array.values.block(encoding));
+    let blocks: Vec<Vec<u8>> = blocks.collect();
+    for (array, block) in arrays.iter().zip(blocks) {
         *text += &format!(
             "<DataArray type=\"{}\" Name=\"{}\" NumberOfComponents=\"{}\" ",
             array.values.type_name(),
