@@ -18,11 +18,11 @@ use pulp::Simd;
 use super::axial_translation::InteriorTranslation;
 use super::axis_turn::{OfFamilies, QuarterTurn};
 use super::lamb::{c, e};
-use super::modes::{FAMILIES, Family};
-use super::pair_product::{
-    Pair, Turns, Workspace, gather, half_powers, highest_orders, of_degree, powers, ratios,
-    scatter, weight,
+use super::line_of_centres::{
+    Pair, Turns, Workspace, gather, half_powers, highest_orders, of_degree, powers, ratios, scatter,
 };
+use super::modes::{FAMILIES, Family};
+use super::pair_product::weight;
 
 /// Couplings between families that are not zero: `WW`, `XW`, `VW`, `XX`, `VX`, `VV`, from the cell
 /// to the part.
@@ -268,8 +268,8 @@ mod tests {
 
     use super::super::coupling::{Coupling, Expansion};
     use super::super::lamb::trace_index;
+    use super::super::line_of_centres::{Line, PairOrders, harmonics};
     use super::super::modes::Modes;
-    use super::super::pair_product::{Line, PairOrders, harmonics};
     use super::*;
 
     struct Product<'a> {

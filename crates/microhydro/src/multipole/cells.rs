@@ -11,8 +11,9 @@
 use nalgebra::Vector3;
 use rayon::prelude::*;
 
+use super::line_of_centres::PairOrders;
 use super::orders::LOWEST_ORDER;
-use super::pair_product::{self, PairOrders};
+use super::pair_product;
 use super::truncation::{self, Neglected};
 use crate::Spheres;
 

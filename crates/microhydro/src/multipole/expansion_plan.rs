@@ -9,11 +9,12 @@ use rayon::prelude::*;
 use super::cell_shift::{CellShift, HIGHER};
 use super::cells::{Cell, CoupledBodies, MAX_CELL_ORDER, SLOWER, Tree};
 use super::far_images::{FAR_ORDER, FarImages};
+use super::line_of_centres::{Line, PairOrders, harmonics};
 use super::memory;
 use super::modes::Modes;
 use super::orders::{Accuracy, LOWEST_ORDER};
 use super::pair_preconditioner::NarrowPair;
-use super::pair_product::{self, Line, PairOrders};
+use super::pair_product;
 use super::slip_expansion::SlipModes;
 use super::truncation::{self, Gap, GapCoordinates, Neglected};
 use crate::periodic::{check_box, images_within, nearest_image};
@@ -520,8 +521,7 @@ impl Plan {
         let (of_gaps, to_find) = (self.narrow().map(|pair| pair.cost()))
             .fold((0.0, 0.0), |sum, cost| (sum.0 + cost.0, sum.1 + cost.1));
         let pairs = self.shifts.iter().map(Vec::len).sum::<usize>() + self.pairs.len();
-        let of_cells = (self.cells.iter())
-            .map(|cell| CELL_VECTORS * pair_product::harmonics(cell.order) as f64);
+        let of_cells = (self.cells.iter()).map(|cell| CELL_VECTORS * harmonics(cell.order) as f64);
         let numbers = of_gaps
             + stored
             + PAIR * pairs as f64

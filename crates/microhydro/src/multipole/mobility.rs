@@ -18,10 +18,11 @@ use super::cell_shift::{CellShift, Direction};
 use super::coupling::Expansion;
 use super::expansion_plan::{ALIKE, ExpansionCost, LOWERED, Plan, PlannedPair, operations};
 use super::far_images::{FAR_ORDER, FarImages};
+use super::line_of_centres::{Pair, PairOrders, Workspace, harmonics};
 use super::modes::{Family, Modes};
 use super::orders::Accuracy;
 use super::pair_preconditioner::{NarrowPair, PairPreconditioner};
-use super::pair_product::{self, Couplings, Pair, PairOrders, Workspace};
+use super::pair_product::Couplings;
 use super::rotation::AXIS_OF_M;
 use super::scaled::drag_units;
 use super::slip_expansion::SlipModes;
@@ -67,11 +68,7 @@ impl Share {
         orders.dedup_by_key(|(body, _)| *body);
         Self {
             pairs,
-            first: places(
-                orders
-                    .iter()
-                    .map(|(_, order)| pair_product::harmonics(*order)),
-            ),
+            first: places(orders.iter().map(|(_, order)| harmonics(*order))),
             bodies: orders.into_iter().map(|(body, _)| body).collect(),
         }
     }
@@ -311,9 +308,7 @@ impl<'a> MultipoleMobility<'a> {
             points: PointMobility::new(PointModel::Rpy, spheres, &Medium::Unbounded)?,
             units: drag_units(radii),
             first: places(expansions.iter().map(|expansion| expansion.modes.len())),
-            harmonics: places(
-                (plan.orders.iter().chain(&of_cells)).map(|&l| pair_product::harmonics(l)),
-            ),
+            harmonics: places((plan.orders.iter().chain(&of_cells)).map(|&l| harmonics(l))),
             expansions,
             couplings,
             far: far.transpose()?,
@@ -439,7 +434,7 @@ impl<'a> MultipoleMobility<'a> {
         };
         let mut y = vec![0.0; modes.len()];
         for (k, (family, own)) in modes.families().enumerate() {
-            let kept = pair_product::harmonics(used.max_degree(family));
+            let kept = harmonics(used.max_degree(family));
             let values = x[own.clone()].iter().zip(sums).take(kept);
             for (y, (x, sum)) in y[own].iter_mut().zip(values) {
                 *y = x + sum[k];

@@ -54,6 +54,7 @@ mod fixed_order;
 mod frame;
 mod interior;
 mod lamb;
+mod line_of_centres;
 mod memory;
 mod mobility;
 mod modes;

@@ -30,8 +30,8 @@ use rayon::prelude::*;
 
 use super::axis_turn::{Angles, OfFamilies, QuarterTurn, Turning, multiples};
 use super::coupling::{Expansion, SymmetryClass, axial_coupling};
+use super::line_of_centres::{Line, PairOrders, harmonics};
 use super::modes::{FAMILIES, Family, Modes};
-use super::pair_product::{Line, PairOrders, harmonics};
 use super::truncation;
 
 /// Least singular value of a soft flow: its eigenvalue rises from a half to one.
