@@ -85,6 +85,23 @@ impl FlowField {
     }
 }
 
+/// The value of a cell, which is computed if there is none.
+///
+/// # Errors
+/// Those of the computation.
+pub(crate) fn get_or_try<T, E>(
+    cell: &OnceLock<T>,
+    compute: impl FnOnce() -> Result<T, E>,
+) -> Result<&T, E> {
+    match cell.get() {
+        Some(value) => Ok(value),
+        None => {
+            let value = compute()?;
+            Ok(cell.get_or_init(|| value))
+        }
+    }
+}
+
 type Compute = dyn Fn() -> Result<FlowField, ModelError> + Send + Sync;
 
 /// The flow of one solution, which is converted to a field on a mesh when it is first needed.
@@ -112,14 +129,7 @@ impl SolutionFlow {
     /// # Errors
     /// A mesh that cannot be converted to the units and the place of the scene.
     pub fn field(&self) -> Result<&FlowField, ModelError> {
-        let LazyField { field, compute } = &*self.0;
-        match field.get() {
-            Some(known) => Ok(known),
-            None => {
-                let computed = compute()?;
-                Ok(field.get_or_init(|| computed))
-            }
-        }
+        get_or_try(&self.0.field, || (self.0.compute)())
     }
 
     /// The same flow without its field, which is computed again if it is needed.

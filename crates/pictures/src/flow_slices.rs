@@ -81,13 +81,21 @@ struct Solved {
     flow: Option<Flow>,
 }
 
-/// A slice, or the configuration of one whose flow is not known yet.
-type Sampled = Result<Box<StoredSlice>, Unsolved>;
-
 #[derive(Debug)]
 enum Flow {
     Field(Box<FlowField>),
     Slice(Box<StoredSlice>),
+}
+
+impl Solved {
+    /// Keeps the slice of a flow instead of the flow.
+    fn sample(&mut self, frame: &SliceFrame, scene: &Scene) -> Result<(), PictureError> {
+        if let Some(Flow::Field(field)) = &self.flow {
+            let slice = self.configuration.sampled(frame, scene, field)?;
+            self.flow = Some(Flow::Slice(Box::new(slice)));
+        }
+        Ok(())
+    }
 }
 
 /// Contents of the file.
@@ -197,19 +205,16 @@ impl SliceSeries {
             (false, Some(flow)) => Some(flow.field()?.clone()),
             _ => None,
         };
-        let flow = match field {
-            Some(field) if field.mesh.n_points() > KEPT_NODES => {
-                let slice = configuration.sampled(&self.frame, scene, &field)?;
-                Some(Flow::Slice(Box::new(slice)))
-            }
-            Some(field) => Some(Flow::Field(Box::new(field))),
-            None => None,
-        };
-        self.pending.push(Solved {
+        let is_large = (field.as_ref()).is_some_and(|field| field.mesh.n_points() > KEPT_NODES);
+        let mut solved = Solved {
             number: solved.number,
             configuration,
-            flow,
-        });
+            flow: field.map(|field| Flow::Field(Box::new(field))),
+        };
+        if is_large {
+            solved.sample(&self.frame, scene)?;
+        }
+        self.pending.push(solved);
         Ok(())
     }
 
@@ -260,28 +265,12 @@ impl SliceSeries {
             .map(|(_, solved)| solved)
             .collect();
         chosen.sort_by(|a, b| a.configuration.time.total_cmp(&b.configuration.time));
-        let sampled = |solved: Solved| -> Result<Sampled, PictureError> {
-            let Solved {
-                configuration,
-                flow,
-                ..
-            } = solved;
-            Ok(match flow {
-                Some(Flow::Field(field)) => Ok(Box::new(configuration.sampled(
-                    &self.frame,
-                    scene,
-                    &field,
-                )?)),
-                Some(Flow::Slice(slice)) => Ok(slice),
-                None => Err(configuration),
-            })
-        };
         // Each slice looks for its cells by itself.
-        let sampled: Vec<_> = chosen.into_par_iter().map(sampled).collect();
-        for slice in sampled {
-            match slice? {
-                Ok(slice) => self.stored.slices.push(*slice),
-                Err(configuration) => self.stored.unsolved.push(configuration),
+        (chosen.par_iter_mut()).try_for_each(|solved| solved.sample(&self.frame, scene))?;
+        for solved in chosen {
+            match solved.flow {
+                Some(Flow::Slice(slice)) => self.stored.slices.push(*slice),
+                _ => self.stored.unsolved.push(solved.configuration),
             }
         }
         Ok(())

@@ -217,7 +217,7 @@ impl Cells {
 }
 
 impl<'a> MultipoleMobility<'a> {
-    /// Predicted cost of a solution with its error bar to a relative residual, in unbounded fluid
+    /// Predicted cost of a solution with its error bar to a relative `residual`, in unbounded fluid
     /// or in a periodic box, with slip or without; the least one where that is larger than is
     /// allowed. Cost: some hundred operations for each pair.
     ///
@@ -226,7 +226,8 @@ impl<'a> MultipoleMobility<'a> {
     pub fn cost(
         spheres: &Spheres,
         period: Option<&Vector3<f64>>,
-        (accuracy, residual): (&Accuracy, f64),
+        accuracy: &Accuracy,
+        residual: f64,
         slip: Option<&SlipModes>,
     ) -> Result<ExpansionCost, HydroError> {
         match Plan::new(spheres, period, accuracy, slip) {

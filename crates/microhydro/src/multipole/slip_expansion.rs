@@ -32,9 +32,8 @@ use crate::{HydroError, Medium, Spheres};
 /// A net flux through a sphere that exceeds the remainder and `1e-12` is that of a sphere whose
 /// radius changes: the flow has a source at its centre, `Q x / |x|^3` with `Q = a^2` times the mean
 /// normal component. Beside a plane wall, and of [`SlipModes`], it is refused
-/// ([`HydroError::NetFlux`]). In a container
-/// the wall lets out the sum of all fluxes uniformly, so that sums of velocities for which it
-/// vanishes have the flow of a wall at rest.
+/// ([`HydroError::NetFlux`]). In a container the wall lets out the sum of all fluxes uniformly, so
+/// that sums of velocities for which it vanishes have the flow of a wall at rest.
 ///
 /// Cost: the lowest order takes 384 evaluations per sphere and represents polynomials up to degree
 /// three; the highest takes 16224 evaluations and tenths of a second.
@@ -94,20 +93,8 @@ impl SlipModes {
     /// sphere whose volume changes.
     pub fn new(spheres: &Spheres, slip: &SphereSlip<'_>) -> Result<Self, HydroError> {
         let frame = Frame::laboratory(spheres);
-        let expansion = SlipExpansion::new(&frame, spheres.radii(), &[slip])?;
-        match expansion.sources.strengths.iter().position(|q| *q != 0.0) {
-            None => Ok(Self { expansion }),
-            Some(sphere) => {
-                let of = &expansion.spheres[sphere];
-                let flux = of.fluxes[0] / expansion.speeds[0];
-                let highest = ROUNDING_FLUX.max(of.remainders[0] / expansion.speeds[0]);
-                Err(HydroError::NetFlux {
-                    sphere,
-                    flux,
-                    highest,
-                })
-            }
-        }
+        let expansion = SlipExpansion::expand(&frame, spheres.radii(), &[slip], false)?;
+        Ok(Self { expansion })
     }
 
     /// Lowest order of a sphere that contains its slip; zero where there is none.
@@ -154,6 +141,17 @@ impl SlipExpansion {
         radii: &[f64],
         slips: &[&SphereSlip<'_>],
     ) -> Result<Self, HydroError> {
+        let may_grow = frame.surroundings != Surroundings::Wall;
+        Self::expand(frame, radii, slips, may_grow)
+    }
+
+    /// The same, with sources in spheres whose radii change or without.
+    fn expand(
+        frame: &Frame,
+        radii: &[f64],
+        slips: &[&SphereSlip<'_>],
+        may_grow: bool,
+    ) -> Result<Self, HydroError> {
         let all: Vec<usize> = (0..radii.len()).collect();
         let mut spheres = project(frame, radii, &all, slips, SLIP_ORDERS[0])?;
         let size = |column: usize| {
@@ -183,7 +181,7 @@ impl SlipExpansion {
                 let flux = of.fluxes[column] / size;
                 let highest = ROUNDING_FLUX.max(remainder);
                 if flux.abs() > highest {
-                    if frame.surroundings == Surroundings::Wall {
+                    if !may_grow {
                         return Err(HydroError::NetFlux {
                             sphere,
                             flux,

@@ -415,11 +415,11 @@ fn iterations_hardly_grow_in_narrow_gaps() {
 #[test]
 fn bug_spheres_that_are_too_many_for_memory_were_not_refused_at_once() {
     let accuracy = Accuracy::relative(1e-3);
-    let cost = MultipoleMobility::cost(&cube(10, 0.1), None, (&accuracy, 1e-6), None).unwrap();
+    let cost = MultipoleMobility::cost(&cube(10, 0.1), None, &accuracy, 1e-6, None).unwrap();
     assert!(cost.mib < 2048.0 && cost.seconds < 60.0, "{cost:?}");
     let spheres = cube(7, 0.0012);
     let cost =
-        MultipoleMobility::cost(&spheres, None, (&accuracy, accuracy.tolerance), None).unwrap();
+        MultipoleMobility::cost(&spheres, None, &accuracy, accuracy.tolerance, None).unwrap();
     match MultipoleMobility::new(&spheres, &accuracy) {
         Err(HydroError::TooCostly { mib, seconds, .. }) => {
             assert_eq!((mib, seconds), (cost.mib, cost.seconds));
@@ -428,7 +428,7 @@ fn bug_spheres_that_are_too_many_for_memory_were_not_refused_at_once() {
     }
     // multipoles of 64 000 spheres, before any list of pairs
     let spheres = cube(40, 0.1);
-    let cost = MultipoleMobility::cost(&spheres, None, (&accuracy, 1e-6), None).unwrap();
+    let cost = MultipoleMobility::cost(&spheres, None, &accuracy, 1e-6, None).unwrap();
     match MultipoleMobility::new(&spheres, &accuracy) {
         Err(HydroError::TooCostly {
             mib,
@@ -457,7 +457,7 @@ fn cube(n: usize, gap: f64) -> Spheres {
 fn the_cost_of_expansions_grows_nearly_as_the_number_of_spheres() {
     for gap in [0.1, 4.0] {
         let accuracy = Accuracy::relative(1e-4);
-        let cost = |n: usize| MultipoleMobility::cost(&cube(n, gap), None, (&accuracy, 1e-7), None);
+        let cost = |n: usize| MultipoleMobility::cost(&cube(n, gap), None, &accuracy, 1e-7, None);
         let [few, many] = [8, 16].map(|n| cost(n).unwrap());
         let growth = (many.seconds / few.seconds).ln() / 8.0_f64.ln();
         assert!(growth < 1.25, "{growth}");

@@ -13,6 +13,7 @@ use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
 
 use super::cylinder;
 use super::mesh_generator::{MeshGenerator, Placement, Surfaced};
+use crate::flow_field::get_or_try;
 use crate::{ModelError, Remesh};
 use scene::MeshMotionKind;
 
@@ -62,20 +63,6 @@ struct Moving {
     quality: Quality,
 }
 
-/// The value of a cell, which is computed if there is none.
-///
-/// # Errors
-/// Those of the computation.
-fn get_or_try<T, E>(cell: &OnceLock<T>, compute: impl FnOnce() -> Result<T, E>) -> Result<&T, E> {
-    match cell.get() {
-        Some(value) => Ok(value),
-        None => {
-            let value = compute()?;
-            Ok(cell.get_or_init(|| value))
-        }
-    }
-}
-
 impl ReferenceMesh {
     /// A mesh with the method that moves it; `surfaced` is the placement of the bodies with
     /// surfaces, `placement` that of all bodies.
@@ -117,6 +104,7 @@ impl ReferenceMesh {
                     rotates: !body.is_isotropic(),
                 })
                 .collect();
+            // A space that nobody else needs is not kept, for its memory.
             let space = match self.space.get() {
                 Some(space) => Arc::clone(space),
                 None => Arc::new(TaylorHood::new(&self.mesh)?),

@@ -154,8 +154,8 @@ impl SpheresModel {
         let given = !is_held && slip.is_none();
         let control = if given { GIVEN_FORCES } else { WITH_JOINTS };
         let residual = control.residual * accuracy.tolerance;
-        let control = (&accuracy, residual);
-        let cost = MultipoleMobility::cost(spheres, self.period.as_ref(), control, slip.as_ref());
+        let (period, slip) = (self.period.as_ref(), slip.as_ref());
+        let cost = MultipoleMobility::cost(spheres, period, &accuracy, residual, slip);
         Ok(self.resolved(cost)?)
     }
 
@@ -271,12 +271,12 @@ impl SpheresModel {
         let mut of_stresslets = 0.0;
         let mut bars = LargestDifferences::default();
         let tail = mobility.tail();
+        let near = (found, control.of_change);
         for (variant, factor, of_motions) in [
             (Variant::Neglecting, 1.0, 1.0),
             (Variant::Lowered, tail, tail.min(control.most_tail)),
         ] {
             mobility.set_variant(variant);
-            let near = (found, control.of_change);
             let (other, of_other) = all.by_similar_mobility(mobility, effect, near)?;
             let differences = all.largest_differences(solution, &other);
             bars.add(
@@ -328,7 +328,6 @@ impl SpheresModel {
         let sizes = stresslets.into_iter().flatten().map(Matrix3::norm);
         of_stresslets += of_iteration * sizes.fold(0.0, f64::max);
         if !all.is_held() && !all.has_given_forces() {
-            let near = (found, control.of_change);
             let forces = all.forces_of_motion(solution, mobility, effect, near)?;
             let changes = tail * (&solution.forces - forces);
             let [velocity, angular] = unbalanced_velocities(mobility.spheres(), &changes);

@@ -9,7 +9,7 @@ use rigid::StateVelocity;
 use scene::Scene;
 use testkit::{SceneText, pair, within};
 
-use crate::scenes::{solve_at_start, three_spheres, with_stresslets};
+use crate::scenes::{errors_and_bars, solve_at_start, three_spheres, with_stresslets};
 
 #[test]
 fn bars_of_models_of_spheres_contain_the_errors_of_motions_loads_and_power() {
@@ -34,29 +34,7 @@ fn bars_of_models_of_spheres_contain_the_errors_of_motions_loads_and_power() {
         for rates in [[1.0, 0.0], [0.0, 1.0], [0.5, -1.0]] {
             let found = solve_at_start(&mut SpheresModel::new(&scene, kind).unwrap(), &rates);
             let exact = exact(&rates);
-            let largest = |of: &dyn Fn(&BodySolution) -> Vector3<f64>| {
-                let pairs = found.bodies.iter().zip(&exact.bodies);
-                pairs.fold(0.0_f64, |m, (a, b)| m.max((of(a) - of(b)).norm()))
-            };
-            for (what, error, bar) in [
-                (
-                    "velocity",
-                    largest(&|body| body.velocity),
-                    found.error_estimate,
-                ),
-                (
-                    "angular velocity",
-                    largest(&|body| body.angular_velocity),
-                    found.angular_velocity_error,
-                ),
-                ("force", largest(&|body| body.force), found.force_error),
-                ("torque", largest(&|body| body.torque), found.torque_error),
-                (
-                    "power",
-                    (found.power() - exact.power()).abs(),
-                    found.power_error,
-                ),
-            ] {
+            for (what, error, bar) in errors_and_bars(&found, &exact) {
                 // Differences of successive expansions may be opposite for rotations, and an error
                 // of velocities need not turn the swimmer: larger bars, but at most by these
                 // factors.

@@ -6,7 +6,7 @@ use models::{Hydrodynamics, InstantaneousSolution, ModelError, SphereModel, Sphe
 use scene::Scene;
 use testkit::within;
 
-use crate::scenes::solve_at_start;
+use crate::scenes::{errors_and_bars, solve_at_start};
 
 /// Unit spheres at places in units of the edge of a cubic box, each with the force of Stokes for a
 /// unit velocity along x, and more keys.
@@ -189,16 +189,7 @@ fn bars_of_squirmers_by_expansions_contain_their_errors_in_boxes() {
         let exact = solve(&scene, SphereModel::Multipole(1e-7));
         for tolerance in [1e-2, 1e-3, 1e-4] {
             let found = solve(&scene, SphereModel::Multipole(tolerance));
-            let pairs = || found.bodies.iter().zip(&exact.bodies);
-            let largest = |errors: &mut dyn Iterator<Item = f64>| errors.fold(0.0, f64::max);
-            let velocity = largest(&mut pairs().map(|(a, b)| (a.velocity - b.velocity).norm()));
-            let force = largest(&mut pairs().map(|(a, b)| (a.force - b.force).norm()));
-            let power = (found.power() - exact.power()).abs();
-            for (what, error, bar) in [
-                ("velocity", velocity, found.error_estimate),
-                ("force", force, found.force_error),
-                ("power", power, found.power_error),
-            ] {
+            for (what, error, bar) in errors_and_bars(&found, &exact) {
                 let bar = bar.model.unwrap();
                 // rounding of the reference
                 within(

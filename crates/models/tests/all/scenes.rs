@@ -1,9 +1,10 @@
 //! Scenes and solutions that several tests use.
 
 use models::{
-    AxisymmetricModel, FemModel, Hydrodynamics, InstantaneousSolution, Query, SphereModel,
-    SpheresModel,
+    AxisymmetricModel, BodySolution, ErrorEstimate, FemModel, Hydrodynamics, InstantaneousSolution,
+    Query, SphereModel, SpheresModel,
 };
+use nalgebra::Vector3;
 use scene::Scene;
 use testkit::{SceneText, solve_at};
 
@@ -24,6 +25,32 @@ pub fn three_spheres_in_ball() -> Scene {
 pub fn solve_at_start(model: &mut dyn Hydrodynamics, rates: &[f64]) -> InstantaneousSolution {
     let shape = model.scene().articulation().initial_shape().to_vec();
     solve_at(model, &shape, rates)
+}
+
+/// The largest errors over all bodies and that of the power, with their bars.
+pub fn errors_and_bars(
+    found: &InstantaneousSolution,
+    exact: &InstantaneousSolution,
+) -> [(&'static str, f64, ErrorEstimate); 5] {
+    let largest = |of: fn(&BodySolution) -> Vector3<f64>| {
+        let pairs = found.bodies.iter().zip(&exact.bodies);
+        pairs.fold(0.0_f64, |most, (a, b)| most.max((of(a) - of(b)).norm()))
+    };
+    [
+        ("velocity", largest(|b| b.velocity), found.error_estimate),
+        (
+            "angular velocity",
+            largest(|b| b.angular_velocity),
+            found.angular_velocity_error,
+        ),
+        ("force", largest(|b| b.force), found.force_error),
+        ("torque", largest(|b| b.torque), found.torque_error),
+        (
+            "power",
+            (found.power() - exact.power()).abs(),
+            found.power_error,
+        ),
+    ]
 }
 
 /// The solution of a model at the start of its scene, at rest and with stresslets.

@@ -21,8 +21,8 @@ pub enum VtuEncoding {
     Base64,
 }
 
-/// Bytes that are compressed together. Blocks are compressed in parallel; the
-/// window of zlib, 32 kB, is small beside them.
+/// Bytes that are compressed together. Blocks are compressed in parallel; the window of zlib,
+/// 32 kB, is small beside them.
 const BLOCK: usize = 1 << 18;
 
 /// Bytes compressed by zlib as `vtkZLibDataCompressor` does.
