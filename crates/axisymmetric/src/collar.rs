@@ -1,6 +1,7 @@
 //! Condensed matrices of collars: the fluid between a body and a confocal spheroid around it.
 
 use std::collections::BTreeMap;
+use std::sync::{Mutex, MutexGuard, PoisonError};
 
 use nalgebra::DMatrix;
 use rayon::prelude::*;
@@ -92,42 +93,56 @@ impl Key {
 }
 
 /// The condensed matrices computed so far.
-#[derive(Clone, Debug, Default)]
+#[derive(Debug, Default)]
 pub(crate) struct Collars {
-    matrices: BTreeMap<Key, DMatrix<f64>>,
+    matrices: Mutex<BTreeMap<Key, DMatrix<f64>>>,
 }
 
 impl Collars {
     /// Computes the matrices of the collars of a domain, for these orders, where they are missing.
     ///
+    /// Of several threads that miss the same matrices each begins with others and takes what is
+    /// found meanwhile.
+    ///
     /// # Errors
     /// Failures of the mesh or the solver.
     pub fn provide(
-        &mut self,
+        &self,
         meridian: &Meridian,
         motion: Motion,
         orders: &[usize],
     ) -> Result<(), AxisymmetricError> {
         let mut missing = BTreeMap::new();
+        let known = self.known();
         for (_, body, outline) in meridian.collars() {
             for &order in orders {
                 let key = Key::new(&body, &outline, motion, order);
-                if !self.matrices.contains_key(&key) {
+                if !known.contains_key(&key) {
                     missing.insert(key, (body, outline));
                 }
             }
         }
-        let missing: Vec<_> = missing.into_iter().collect();
-        let computed = (missing.into_par_iter())
-            .map(|(key, (body, outline))| {
+        drop(known);
+        let mut missing: Vec<_> = missing.into_iter().collect();
+        let thread = rayon::current_thread_index().unwrap_or(0);
+        let first = missing.len() * thread / rayon::current_num_threads();
+        missing.rotate_left(first);
+        missing
+            .into_par_iter()
+            .try_for_each(|(key, (body, outline))| {
+                if self.known().contains_key(&key) {
+                    return Ok(());
+                }
                 let mesh = generate(&Meridian::from_collar(body, outline), GROWTH)?;
                 let system = motion.system(&mesh, key.order, &[body.centred()])?;
-                let prescribed = motion.prescribed(1);
-                Ok((key, system.condensed(BoundaryPart::Open, prescribed)?))
+                let matrix = system.condensed(BoundaryPart::Open, motion.prescribed(1))?;
+                self.known().insert(key, matrix);
+                Ok(())
             })
-            .collect::<Result<Vec<_>, AxisymmetricError>>()?;
-        self.matrices.extend(computed);
-        Ok(())
+    }
+
+    fn known(&self) -> MutexGuard<'_, BTreeMap<Key, DMatrix<f64>>> {
+        self.matrices.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
     /// The matrix of a collar; empty if it was not computed.
@@ -140,7 +155,7 @@ impl Collars {
         motion: Motion,
         order: usize,
     ) -> DMatrix<f64> {
-        let matrix = self.matrices.get(&Key::new(body, outline, motion, order));
-        matrix.cloned().unwrap_or_default()
+        let key = Key::new(body, outline, motion, order);
+        self.known().get(&key).cloned().unwrap_or_default()
     }
 }

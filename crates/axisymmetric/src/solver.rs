@@ -1,6 +1,7 @@
 //! Computation of resistances by elements of increasing order on one mesh.
 
 use std::collections::BTreeMap;
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use rayon::prelude::*;
 
@@ -111,13 +112,14 @@ pub fn spin_resistance(
 /// outline. A solution then takes the fluid between the collars only. Results are kept as well: a
 /// configuration, or its mirror image, is solved once.
 ///
-/// Results do not depend on what was computed before, not even in the last bit.
+/// Results do not depend on what was computed before, not even in the last bit. Copies share what
+/// they keep, so several threads may compute with them or with one of them.
 ///
 /// ```
 /// use axisymmetric::{ResistanceSolver, AxialSpheroid, Surroundings};
 ///
-/// let mut solver = ResistanceSolver::new();
-/// let mut attraction = |distance| {
+/// let solver = ResistanceSolver::new();
+/// let attraction = |distance| {
 ///     let pair = [AxialSpheroid::sphere(0.0, 1.0), AxialSpheroid::sphere(distance, 1.0)];
 ///     let found = solver.axial(&pair, Surroundings::Unbounded, 1e-4)?;
 ///     Ok::<f64, axisymmetric::AxisymmetricError>(found.matrix()[(0, 1)])
@@ -127,9 +129,11 @@ pub fn spin_resistance(
 /// ```
 #[derive(Clone, Debug, Default)]
 pub struct ResistanceSolver {
-    collars: Collars,
-    results: BTreeMap<Question, Result<AxialResistance, AxisymmetricError>>,
+    collars: Arc<Collars>,
+    results: Arc<Mutex<Results>>,
 }
+
+type Results = BTreeMap<Question, Result<AxialResistance, AxisymmetricError>>;
 
 /// What a result depends on.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -154,7 +158,7 @@ impl ResistanceSolver {
     /// # Errors
     /// Those of [`axial_resistance`].
     pub fn axial(
-        &mut self,
+        &self,
         bodies: &[AxialSpheroid],
         surroundings: Surroundings,
         tolerance: f64,
@@ -168,7 +172,7 @@ impl ResistanceSolver {
     /// # Errors
     /// Those of [`axial_resistance`] except [`AxisymmetricError::NotConverged`].
     pub fn axial_best(
-        &mut self,
+        &self,
         bodies: &[AxialSpheroid],
         surroundings: Surroundings,
         tolerance: f64,
@@ -183,7 +187,7 @@ impl ResistanceSolver {
     /// # Errors
     /// Those of [`axial_resistance`].
     pub fn spin(
-        &mut self,
+        &self,
         bodies: &[AxialSpheroid],
         surroundings: Surroundings,
         tolerance: f64,
@@ -196,7 +200,7 @@ impl ResistanceSolver {
     /// # Errors
     /// Those of [`ResistanceSolver::axial_best`].
     pub fn spin_best(
-        &mut self,
+        &self,
         bodies: &[AxialSpheroid],
         surroundings: Surroundings,
         tolerance: f64,
@@ -213,7 +217,7 @@ impl ResistanceSolver {
     /// # Errors
     /// Those of [`axial_resistance`] except [`AxisymmetricError::NotConverged`].
     pub fn surfaces(
-        &mut self,
+        &self,
         bodies: &[AxialSpheroid],
         surroundings: Surroundings,
         tolerance: f64,
@@ -224,7 +228,7 @@ impl ResistanceSolver {
 
     /// The resistance, if its estimated error is below `tolerance`.
     fn converged(
-        &mut self,
+        &self,
         bodies: &[AxialSpheroid],
         surroundings: Surroundings,
         tolerance: f64,
@@ -244,7 +248,7 @@ impl ResistanceSolver {
     /// The resistance of the first order that meets `tolerance`, else of the highest one, and its
     /// estimated error, which does not depend on the unit of length.
     fn best(
-        &mut self,
+        &self,
         bodies: &[AxialSpheroid],
         surroundings: Surroundings,
         tolerance: f64,
@@ -259,20 +263,26 @@ impl ResistanceSolver {
             motion,
             tolerance: tolerance.to_bits(),
         };
-        let known = self.results.get(&question).cloned();
+        let known = self.results().get(&question).cloned();
         let result = known.unwrap_or_else(|| self.raise_order(&canonical, tolerance, motion));
-        if self.results.len() >= MAX_RESULTS {
-            self.results.clear();
+        let mut results = self.results();
+        if results.len() >= MAX_RESULTS {
+            results.clear();
         }
-        self.results.insert(question, result.clone());
+        results.insert(question, result.clone());
+        drop(results);
         let found = result?;
         let reached = found.relative_error();
         Ok((canonical.in_units_of_caller(found, motion)?, reached))
     }
 
+    fn results(&self) -> MutexGuard<'_, Results> {
+        self.results.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
     /// Raises the order until the estimated error is below `tolerance`, at most to [`MAX_ORDER`].
     fn raise_order(
-        &mut self,
+        &self,
         canonical: &Canonical,
         tolerance: f64,
         motion: Motion,
@@ -288,7 +298,7 @@ impl ResistanceSolver {
         };
         let solve = |orders: Vec<usize>| -> Result<Vec<Solution>, AxisymmetricError> {
             self.collars.provide(&meridian, motion, &orders)?;
-            let collars = &self.collars;
+            let collars = &*self.collars;
             // each factorisation is too small for many threads, so orders are solved in parallel,
             // the highest first, which takes as long as two others
             let solved = orders.into_par_iter().rev();

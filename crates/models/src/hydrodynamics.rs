@@ -2,6 +2,7 @@
 
 use mesh::TetMesh;
 use nalgebra::{DMatrix, DVector, Vector3};
+use rayon::prelude::*;
 use rigid::StateVelocity;
 use scene::Scene;
 use serde::de::DeserializeOwned;
@@ -86,7 +87,7 @@ pub trait Hydrodynamics: Send {
     }
 
     /// The solutions of several queries, as by [`Hydrodynamics::solve`] for each; at once where the
-    /// model gains by that ([`Capabilities::solves_together`]).
+    /// model gains by that ([`Capabilities::solves_together`]), by default with copies of it.
     ///
     /// Results do not depend on the number of threads.
     ///
@@ -96,7 +97,18 @@ pub trait Hydrodynamics: Send {
         &mut self,
         queries: &[Query<'_>],
     ) -> Result<Vec<Vec<InstantaneousSolution>>, ModelError> {
-        queries.iter().map(|query| self.solve(query)).collect()
+        let copies: Option<Vec<_>> = match self.capabilities().solves_together {
+            true => (queries.iter())
+                .map(|query| Some((self.duplicate()?, query)))
+                .collect(),
+            false => None,
+        };
+        match copies {
+            Some(copies) => (copies.into_par_iter())
+                .map(|(mut model, query)| model.solve(query))
+                .collect(),
+            None => queries.iter().map(|query| self.solve(query)).collect(),
+        }
     }
 
     /// A copy of the model, to solve for several configurations in parallel.

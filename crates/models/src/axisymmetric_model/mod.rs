@@ -38,6 +38,7 @@ use stokes::Seconds;
 /// The resistance is computed for motions along the axis and, if there are torques or rotors, for
 /// rotations about it. By symmetry all other velocities are zero. In the equations they have an
 /// arbitrary positive resistance.
+#[derive(Clone)]
 pub struct AxisymmetricModel {
     scaled: ScaledScene,
     /// Shapes of the bodies with surfaces, centred at the origin.
@@ -506,8 +507,13 @@ impl Hydrodynamics for AxisymmetricModel {
             controls_error: true,
             follows_rheology: true,
             deforms: true,
+            solves_together: true,
             ..Capabilities::default()
         }
+    }
+
+    fn duplicate(&self) -> Option<Box<dyn Hydrodynamics>> {
+        Some(Box::new(self.clone()))
     }
 
     fn neglected(&mut self, term: NeglectedTerm) -> Result<&mut dyn NeglectedTerms, ModelError> {
