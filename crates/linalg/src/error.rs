@@ -69,6 +69,8 @@ pub enum LinalgError {
         ///
         /// The larger of both norms if the operator has weights.
         true_rel_residual: f64,
+        /// The same in the norm of the operator's weights; equal without them.
+        weighted_rel_residual: f64,
         /// The requested tolerance.
         target: f64,
     },

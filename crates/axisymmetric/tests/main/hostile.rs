@@ -59,7 +59,7 @@ proptest! {
         surroundings in surroundings(),
         tolerance in prop_oneof![4 => Just(1e-2), 1 => number()],
     ) {
-        let mut solver = ResistanceSolver::new();
+        let solver = ResistanceSolver::new();
         for found in [
             axial_resistance(&bodies, surroundings, tolerance),
             spin_resistance(&bodies, surroundings, tolerance),
@@ -141,7 +141,7 @@ fn a_missed_tolerance_is_an_error_and_the_best_result_can_be_had() {
         AxialSpheroid::sphere(0.0, 1.0),
         AxialSpheroid::sphere(2.01, 1.0),
     ];
-    let mut solver = ResistanceSolver::new();
+    let solver = ResistanceSolver::new();
     let error = solver
         .axial(&pair, Surroundings::Unbounded, 1.1e-11)
         .expect_err("too tight");

@@ -287,7 +287,7 @@ fn result_is_the_same_bits_for_any_number_of_threads() {
 #[test]
 fn results_do_not_depend_on_earlier_ones() {
     let swimmer = |left: f64, right: f64| [-left, 0.0, right].map(|z| sphere(z, 1.0));
-    let mut solver = ResistanceSolver::new();
+    let solver = ResistanceSolver::new();
     for surroundings in [UNBOUNDED, ball(40.0)] {
         for bodies in [swimmer(10.0, 7.0), swimmer(6.0, 10.0), swimmer(2.5, 4.0)] {
             let found = solver.axial(&bodies, surroundings, 1e-5);
@@ -315,8 +315,8 @@ fn mirror_images_have_the_same_resistance() {
 #[test]
 fn resistances_are_smooth_functions_of_the_shape() {
     let tolerance = 1e-6;
-    let mut solver = ResistanceSolver::new();
-    let mut entry = |arm: f64| {
+    let solver = ResistanceSolver::new();
+    let entry = |arm: f64| {
         let bodies = [-arm, 0.0, 10.0].map(|z| sphere(z, 1.0));
         let found = solver
             .axial(&bodies, UNBOUNDED, tolerance)

@@ -106,6 +106,7 @@ impl<'a> Progress<'a> {
                 method,
                 iterations,
                 true_rel_residual: larger,
+                weighted_rel_residual,
                 target,
             });
         }

@@ -274,13 +274,25 @@ fn starts_restarts_and_refusals() {
     let short = tolerance(1e-8).with_max_iterations(3);
     let error = solve(&b, &mut x, &short).expect_err("three iterations");
     let LinalgError::NotConverged {
-        true_rel_residual, ..
+        true_rel_residual,
+        weighted_rel_residual,
+        ..
     } = error
     else {
         panic!("{error}");
     };
-    // the larger of the two norms is reported
+    // the larger of the two norms is reported, and that of the weights
     assert!(true_rel_residual >= 0.99 * true_residual(system, &b, &x));
+    let weights = system.residual_weights().expect("a Stokes system has some");
+    let size = |v: &[f64]| -> f64 {
+        let squares = v.iter().zip(weights).map(|(v, w)| f64::from(*w) * v * v);
+        squares.sum::<f64>().sqrt()
+    };
+    let mut residual = vec![0.0; b.len()];
+    system.apply(&x, &mut residual);
+    (residual.iter_mut().zip(&b)).for_each(|(r, b)| *r = b - *r);
+    let expected = size(&residual) / size(&b);
+    assert!((weighted_rel_residual / expected - 1.0).abs() < 1e-5);
     // net flux out of an enclosed domain: no solution exists
     let mut incompatible = b.clone();
     incompatible[system.pressure_range()].fill(1.0);

@@ -238,48 +238,19 @@ impl<'a> MultipoleMobility<'a> {
         }
     }
 
-    /// Plans the couplings of all pairs.
+    /// Plans the couplings of all pairs, in unbounded fluid or in a box with the edges `period` that
+    /// is repeated in all directions, with zero mean flow as in [`PointMobility::periodic`].
+    ///
+    /// Images couple as pairs as far as they need more than four degrees; the flow of all others is
+    /// that of low multipoles by Ewald's sums, at a cost of `O(n²)`. With slip the expansions have
+    /// its multipoles: [`MultipoleMobility::slip`] drives them.
     ///
     /// # Errors
     /// A tolerance that is not between `1e-13` and 1; [`HydroError::TooClose`] for gaps below
     /// 0.001 radii (of the smaller sphere, the larger one at most twice as large) and those that
     /// need higher orders than 560; [`HydroError::TooCostly`] for the cost to a residual of the
-    /// tolerance.
-    pub fn new(spheres: &'a Spheres, accuracy: &Accuracy) -> Result<Self, HydroError> {
-        Self::planned(spheres, None, accuracy, None)
-    }
-
-    /// The same in a box with these edges that is repeated in all directions, with zero mean flow
-    /// as in [`PointMobility::periodic`].
-    ///
-    /// Images couple as pairs as far as they need more than four degrees; the flow of all others is
-    /// that of low multipoles by Ewald's sums, at a cost of `O(n²)`.
-    ///
-    /// # Errors
-    /// Those of both.
-    pub fn periodic(
-        spheres: &'a Spheres,
-        size: &Vector3<f64>,
-        accuracy: &Accuracy,
-    ) -> Result<Self, HydroError> {
-        Self::planned(spheres, Some(size), accuracy, None)
-    }
-
-    /// The same in unbounded fluid or in a periodic box for spheres with slip, whose multipoles the
-    /// expansions have: [`MultipoleMobility::slip`] drives them.
-    ///
-    /// # Errors
-    /// Those of both.
-    pub fn with_slip(
-        spheres: &'a Spheres,
-        period: Option<&Vector3<f64>>,
-        accuracy: &Accuracy,
-        slip: &SlipModes,
-    ) -> Result<Self, HydroError> {
-        Self::planned(spheres, period, accuracy, Some(slip))
-    }
-
-    fn planned(
+    /// tolerance; in a box those of [`PointMobility::periodic`].
+    pub fn new(
         spheres: &'a Spheres,
         period: Option<&Vector3<f64>>,
         accuracy: &Accuracy,

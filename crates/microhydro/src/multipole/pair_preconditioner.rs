@@ -378,7 +378,7 @@ mod tests {
         let offset = Vector3::new(0.4, -1.3, 0.9).normalize() * 1.71;
         let spheres = Spheres::new(vec![Vector3::zeros(), offset], vec![1.0, 0.7])?;
         // the tolerance limits the orders, not the accuracy of soft flows
-        let mut mobility = MultipoleMobility::new(&spheres, &Accuracy::relative(0.01))?;
+        let mut mobility = MultipoleMobility::new(&spheres, None, &Accuracy::relative(0.01), None)?;
         mobility.set_variant(Variant::Lowered);
         check(&mobility);
         Ok(())

@@ -250,7 +250,9 @@ fn results_do_not_depend_on_the_number_of_threads() {
             let pool = rayon::ThreadPoolBuilder::new().num_threads(threads);
             let pool = pool.build().unwrap();
             pool.install(|| {
-                let mobility = MultipoleMobility::new(&spheres, &Accuracy::relative(1e-3)).unwrap();
+                let mobility =
+                    MultipoleMobility::new(&spheres, None, &Accuracy::relative(1e-3), None)
+                        .unwrap();
                 let [forces, hidden] = [6 * spheres.len(), mobility.dofs()]
                     .map(|rows| DVector::from_fn(rows, |k, _| (k as f64).sin()));
                 let mut solved = hidden.clone();
@@ -367,7 +369,7 @@ fn random_loads_have_the_resistance_as_covariance() {
 fn linked_spheres_by_expansions_move_as_by_their_resistance() {
     let spheres = lattice(17, 2.6);
     let accuracy = Accuracy::relative(1e-5);
-    let mobility = MultipoleMobility::new(&spheres, &accuracy).unwrap();
+    let mobility = MultipoleMobility::new(&spheres, None, &accuracy, None).unwrap();
     let linked = LinkedSpheres::new(&mobility, swimmers(&spheres)).unwrap();
     let found = linked.solve(1e-10).unwrap();
     let exact =
@@ -400,7 +402,8 @@ fn iterations_hardly_grow_in_narrow_gaps() {
             )
         });
         let spheres = Spheres::new(centres.collect(), radii).unwrap();
-        let mobility = MultipoleMobility::new(&spheres, &Accuracy::relative(1e-3)).unwrap();
+        let mobility =
+            MultipoleMobility::new(&spheres, None, &Accuracy::relative(1e-3), None).unwrap();
         let mut random = Random(5);
         let all = (0..8).map(|k| free(k, random.vector(6)));
         let linked = LinkedSpheres::new(&mobility, all.collect()).unwrap();
@@ -420,7 +423,7 @@ fn bug_spheres_that_are_too_many_for_memory_were_not_refused_at_once() {
     let spheres = cube(7, 0.0012);
     let cost =
         MultipoleMobility::cost(&spheres, None, &accuracy, accuracy.tolerance, None).unwrap();
-    match MultipoleMobility::new(&spheres, &accuracy) {
+    match MultipoleMobility::new(&spheres, None, &accuracy, None) {
         Err(HydroError::TooCostly { mib, seconds, .. }) => {
             assert_eq!((mib, seconds), (cost.mib, cost.seconds));
         }
@@ -429,7 +432,7 @@ fn bug_spheres_that_are_too_many_for_memory_were_not_refused_at_once() {
     // multipoles of 64 000 spheres, before any list of pairs
     let spheres = cube(40, 0.1);
     let cost = MultipoleMobility::cost(&spheres, None, &accuracy, 1e-6, None).unwrap();
-    match MultipoleMobility::new(&spheres, &accuracy) {
+    match MultipoleMobility::new(&spheres, None, &accuracy, None) {
         Err(HydroError::TooCostly {
             mib,
             most_mib,
@@ -480,7 +483,8 @@ fn cells_of_distant_spheres_change_less_than_the_tolerance() {
             .collect();
         let velocities = |tolerance: f64| {
             let mobility =
-                MultipoleMobility::new(&spheres, &Accuracy::relative(tolerance)).unwrap();
+                MultipoleMobility::new(&spheres, None, &Accuracy::relative(tolerance), None)
+                    .unwrap();
             let linked = LinkedSpheres::new(&mobility, linkages.clone()).unwrap();
             let found = linked.solve(1e-2 * tolerance).unwrap();
             let all = found.coordinates.iter().flat_map(|u| u.iter().copied());
@@ -504,7 +508,7 @@ fn changes_by_more_neglected_cover_the_errors_of_forces_with_cells() {
         .collect();
     let forces = |tolerance: f64, variant: Variant| {
         let mut mobility =
-            MultipoleMobility::new(&spheres, &Accuracy::relative(tolerance)).unwrap();
+            MultipoleMobility::new(&spheres, None, &Accuracy::relative(tolerance), None).unwrap();
         mobility.set_variant(variant);
         let linked = LinkedSpheres::new(&mobility, linkages.clone()).unwrap();
         linked.solve(1e-3 * tolerance).unwrap().forces
@@ -520,7 +524,8 @@ fn changes_by_more_neglected_cover_the_errors_of_forces_with_cells() {
 #[test]
 fn the_operator_with_cells_is_symmetric() {
     let spheres = cube(6, 3.0);
-    let mut mobility = MultipoleMobility::new(&spheres, &Accuracy::relative(1e-3)).unwrap();
+    let mut mobility =
+        MultipoleMobility::new(&spheres, None, &Accuracy::relative(1e-3), None).unwrap();
     for variant in [Variant::Full, Variant::Lowered, Variant::Neglecting] {
         mobility.set_variant(variant);
         let mut random = Random(3);
@@ -585,7 +590,8 @@ fn bug_bars_among_more_than_32_spheres_lacked_the_neglected_couplings() {
         };
         let singles = (2..spheres.len()).map(single);
         let linkages: Vec<Linkage> = Some(pair).into_iter().chain(singles).collect();
-        let mobility = MultipoleMobility::new(&spheres, &Accuracy::relative(1e-8)).unwrap();
+        let mobility =
+            MultipoleMobility::new(&spheres, None, &Accuracy::relative(1e-8), None).unwrap();
         let exact = LinkedSpheres::new(&mobility, linkages.clone()).unwrap();
         let exact = exact.solve(1e-10).unwrap().forces;
         for tolerance in [1e-3, 1e-4] {

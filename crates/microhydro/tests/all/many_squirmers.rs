@@ -52,7 +52,7 @@ impl<'a> Case<'a> {
     fn solve(self, slip: &SphereSlip<'_>) -> Found {
         let modes = SlipModes::new(self.spheres, slip).unwrap();
         let accuracy = Accuracy::relative(self.tolerance);
-        let mobility = MultipoleMobility::with_slip(self.spheres, self.period, &accuracy, &modes);
+        let mobility = MultipoleMobility::new(self.spheres, self.period, &accuracy, Some(&modes));
         let mut mobility = mobility.unwrap();
         mobility.set_variant(self.variant);
         let drive = mobility.slip().unwrap().clone();
@@ -360,10 +360,10 @@ fn orders_contain_the_slip() {
     let accuracy = Accuracy::relative(1e-2);
     let dofs = |slip: &SphereSlip<'_>| {
         let modes = SlipModes::new(&spheres, slip).unwrap();
-        let mobility = MultipoleMobility::with_slip(&spheres, None, &accuracy, &modes).unwrap();
+        let mobility = MultipoleMobility::new(&spheres, None, &accuracy, Some(&modes)).unwrap();
         mobility.hidden()
     };
-    let rest = MultipoleMobility::new(&spheres, &accuracy).unwrap();
+    let rest = MultipoleMobility::new(&spheres, None, &accuracy, None).unwrap();
     let of_order = |order: usize| {
         let count = |top: usize| top * (top + 2);
         count(order) + count(order - 1) + count(order - 2)
@@ -395,7 +395,7 @@ fn growing_spheres_and_wrong_lengths_are_refused() {
     let infinite = |_: usize, n: &Vector3<f64>| n / 0.0;
     let error = SlipModes::new(&spheres, &infinite).err();
     assert!(matches!(error, Some(HydroError::NotFinite { .. })));
-    let mobility = MultipoleMobility::new(&spheres, &Accuracy::relative(1e-2)).unwrap();
+    let mobility = MultipoleMobility::new(&spheres, None, &Accuracy::relative(1e-2), None).unwrap();
     assert!(mobility.slip().is_none());
     let linkages = (0..8).map(|sphere| free(sphere, DVector::zeros(6)));
     let linked = LinkedSpheres::new(&mobility, linkages.collect()).unwrap();

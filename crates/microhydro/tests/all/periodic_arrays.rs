@@ -15,7 +15,7 @@ fn settled(places: &[[f64; 3]], edge: f64, cells: [f64; 3], tolerance: f64) -> V
     let spheres = Spheres::new(centres.collect(), vec![1.0; places.len()]).unwrap();
     let size = edge * Vector3::from(cells);
     let accuracy = Accuracy::relative(tolerance);
-    let mobility = MultipoleMobility::periodic(&spheres, &size, &accuracy).unwrap();
+    let mobility = MultipoleMobility::new(&spheres, Some(&size), &accuracy, None).unwrap();
     let mut load = DVector::zeros(6);
     load[0] = 6.0 * PI;
     let linkages = (0..places.len()).map(|sphere| free(sphere, load.clone()));
@@ -61,7 +61,7 @@ fn drag_of_held(places: &[[f64; 3]], fraction: f64, tolerance: f64) -> f64 {
     let centres = places.iter().map(|place| edge * Vector3::from(*place));
     let spheres = Spheres::new(centres.collect(), vec![1.0; places.len()]).unwrap();
     let accuracy = Accuracy::relative(tolerance);
-    let mobility = MultipoleMobility::periodic(&spheres, &Vector3::repeat(edge), &accuracy);
+    let mobility = MultipoleMobility::new(&spheres, Some(&Vector3::repeat(edge)), &accuracy, None);
     let mobility = mobility.unwrap();
     let linkages = (0..places.len()).map(|sphere| held(sphere, DVector::zeros(6)));
     let linked = LinkedSpheres::new(&mobility, linkages.collect()).unwrap();
@@ -183,7 +183,7 @@ fn vectors(mobility: &MultipoleMobility, seed: f64) -> [DVector<f64>; 2] {
 fn the_operator_with_images_is_symmetric_and_the_same_for_all_numbers_of_threads() {
     let (spheres, size) = some();
     let mut mobility =
-        MultipoleMobility::periodic(&spheres, &size, &Accuracy::relative(1e-3)).unwrap();
+        MultipoleMobility::new(&spheres, Some(&size), &Accuracy::relative(1e-3), None).unwrap();
     for variant in [Variant::Full, Variant::Lowered, Variant::Neglecting] {
         mobility.set_variant(variant);
         let [x, y] = [0.3, 0.7].map(|seed| vectors(&mobility, seed));
@@ -212,7 +212,7 @@ fn shifts_of_all_and_of_one_by_a_period_change_nothing() {
     let moved = Spheres::new(moved.collect(), spheres.radii().to_vec()).unwrap();
     let [before, after] = [&spheres, &moved].map(|spheres| {
         let accuracy = Accuracy::relative(1e-3);
-        let mobility = MultipoleMobility::periodic(spheres, &size, &accuracy).unwrap();
+        let mobility = MultipoleMobility::new(spheres, Some(&size), &accuracy, None).unwrap();
         let [forces, hidden] = vectors(&mobility, 0.3);
         mobility.product(&forces, &hidden).unwrap()
     });
@@ -226,7 +226,7 @@ fn shifts_of_all_and_of_one_by_a_period_change_nothing() {
 fn bodies_that_touch_their_images_are_refused() {
     let (spheres, size) = some();
     let periodic = |size: Vector3<f64>| {
-        MultipoleMobility::periodic(&spheres, &size, &Accuracy::relative(1e-3)).err()
+        MultipoleMobility::new(&spheres, Some(&size), &Accuracy::relative(1e-3), None).err()
     };
     assert!(periodic(size).is_none());
     let touching = periodic(Vector3::new(2.5, 8.0, 11.0));

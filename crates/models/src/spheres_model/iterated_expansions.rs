@@ -10,8 +10,9 @@ use nalgebra::{DVector, Matrix3, Vector3};
 use scene::ModelEstimatesKind;
 use stokes::{Seconds, SolverReport};
 
-use super::point_forces::ModelErrors;
-use super::{SphereModel, SpheresModel, UNBALANCED_PART};
+use super::direct_expansions::UNBALANCED_PART;
+use super::error_bars::ModelErrors;
+use super::{SphereModel, SpheresModel};
 use crate::error::ModelError;
 use crate::linked_bodies::{LargestDifferences, LinkedBodies, MobilitySolution};
 use crate::query::{Configuration, Query};
@@ -173,13 +174,9 @@ impl SpheresModel {
             return Ok(None);
         };
         let spheres = self.spheres(configuration)?;
-        let mobility = match (self.slip_modes(configuration, &spheres)?, &self.period) {
-            (Some(slip), size) => {
-                MultipoleMobility::with_slip(&spheres, size.as_ref(), &accuracy, &slip)
-            }
-            (None, Some(size)) => MultipoleMobility::periodic(&spheres, size, &accuracy),
-            (None, None) => MultipoleMobility::new(&spheres, &accuracy),
-        };
+        let slip = self.slip_modes(configuration, &spheres)?;
+        let period = self.period.as_ref();
+        let mobility = MultipoleMobility::new(&spheres, period, &accuracy, slip.as_ref());
         let Some(mobility) = self.resolved(mobility)? else {
             return Ok(None);
         };

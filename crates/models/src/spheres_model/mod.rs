@@ -1,5 +1,7 @@
 //! Models of spheres without a mesh: Oseen, Rotne-Prager-Yamakawa, multipole expansions.
 
+mod direct_expansions;
+mod error_bars;
 mod iterated_expansions;
 mod point_forces;
 mod sphere_flow;
@@ -7,12 +9,11 @@ mod sphere_resistances;
 
 use std::time::Instant as Clock;
 
-use microhydro::multipole::{self, Orders, SphereSlip};
+use microhydro::multipole;
 use microhydro::{Accuracy, Medium, PointModel, Spheres, Squirmer};
-use nalgebra::{DMatrix, DVector, Vector3};
+use nalgebra::{DVector, Vector3};
 use rigid::StateVelocity;
 
-use self::point_forces::ModelErrors;
 use self::sphere_flow::MovingSpheres;
 use self::sphere_resistances::{REFERENCE_ORDERS, SphereResistances};
 use crate::error::ModelError;
@@ -20,15 +21,13 @@ use crate::flow_field::{FlowField, PointFlow};
 use crate::hydrodynamics::{
     Capabilities, Flows, Fluctuations, Hydrodynamics, PredictedCost, Resistances, SceneResistance,
 };
-use crate::linked_bodies::{
-    self, LargestDifferences, LinkedBodies, MobilitySolution, SomeLinkages,
-};
+use crate::linked_bodies::{self, LinkedBodies};
 use crate::query::{Configuration, Query};
-use crate::scaled_scene::{MeanFlowCondition, ScaledScene};
-use crate::solution::{ErrorEstimate, InstantaneousSolution};
-use crate::surface_motion::{SurfaceEffect, SurfaceMotion};
+use crate::scaled_scene::ScaledScene;
+use crate::solution::InstantaneousSolution;
+use crate::surface_motion::SurfaceMotion;
 use scene::{Background, Body, Deformation, Domain, ModelEstimatesKind, ModelKind, Scene, Slip};
-use stokes::{Dofs, Seconds};
+use stokes::Dofs;
 
 /// Approximation of the interactions between spheres.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -67,127 +66,8 @@ impl SphereModel {
 /// [`REFERENCE_ACCURACY`]: sphere_resistances
 const POINT_FORCE_ERROR: f64 = 1e-3;
 
-/// Part of [`SphereResistances::unbalanced_velocities`] below which no bar of a velocity is.
-///
-/// The changes of the forces on several spheres may give them nearly the same velocities by chance,
-/// and their errors do not cancel as well: of linked pairs with similar radii, 7 % had velocity
-/// errors above their bar, up to 165 times, and at most 0.074 of the unbalanced velocities.
-const UNBALANCED_PART: f64 = 0.08;
-
-/// Factor on all bars beside slip in a ball.
-///
-/// Errors of three linked squirmers on its axis were 0.3 of the change between orders at some
-/// orders, 0.9 to 1.0 (velocities, forces), 1.7 (stresslets) and 2.9 times it (powers) at others.
-const SLIP_IN_BALL_FACTOR: f64 = 3.0;
-
 /// Predicted seconds of a solution above which its cost is not found by solving.
 const MAX_MEASURED_SECONDS: f64 = 0.5;
-
-/// Effects of slip and background flow on the spheres.
-struct SurfaceEffects {
-    computed: SurfaceEffect,
-    /// The effect that differs by rounding.
-    rounded: SurfaceEffect,
-    /// The effect at the orders below; the difference times `tail` is the error.
-    coarser: SurfaceEffect,
-    tail: f64,
-}
-
-impl SurfaceEffects {
-    /// The effects by expansions of these orders. The columns are the slip, the negative background
-    /// flow, and a unit rate of each amplitude.
-    ///
-    /// # Errors
-    /// Those of [`multipole::surface_flow`].
-    fn by_expansions(
-        (spheres, medium): (&Spheres, &Medium),
-        orders: &Orders,
-        columns: &[&SphereSlip],
-        rates: &[f64],
-    ) -> Result<Self, ModelError> {
-        let flow = multipole::surface_flow(spheres, medium, orders, columns)?;
-        // The traction of the background flow on a sphere is that of the flow inside with its
-        // velocity on the surface.
-        let of_flow = flow.inner_powers.column(1).into_owned();
-        let effect = |velocities: &DMatrix<f64>, powers: &DMatrix<f64>| {
-            SurfaceEffect::from_columns(velocities, powers, &of_flow, rates)
-        };
-        Ok(Self {
-            computed: effect(&flow.velocities, &flow.powers),
-            rounded: effect(&flow.rounded_velocities, &flow.rounded_powers),
-            coarser: effect(&flow.coarser_velocities, &flow.coarser_powers),
-            tail: flow.tail,
-        })
-    }
-}
-
-/// A resistance and an effect of surfaces whose solution differs from another one by a part of the
-/// error.
-struct Reference<'a> {
-    resistance: &'a DMatrix<f64>,
-    effect: Option<SurfaceEffect>,
-    /// Factor from the difference to the error.
-    factor: f64,
-}
-
-impl Reference<'_> {
-    /// The solution of some linkages.
-    fn solution(&self, all: &SomeLinkages) -> Result<MobilitySolution, ModelError> {
-        all.by_resistance(self.resistance, self.effect.as_ref())
-    }
-}
-
-/// References of a solution: its error is the sum of the differences between successive ones,
-/// starting with the solution, each times the factor of the later one.
-///
-/// The effect of the surfaces has its lower orders where the resistance has: in a narrow gap the
-/// velocities `U_0` of force-free bodies change with the resistance `R`, and the force
-/// `R (U - U_0)` changes far less than by one of both. Off an axis the gaps of the resistance are
-/// the first of two coarser references and have all of that effect: the change of the expansions
-/// comes after it, and bars are wider than they need be.
-fn references<'a>(
-    resistances: &'a SphereResistances,
-    surfaces: Option<&SurfaceEffects>,
-) -> Vec<Reference<'a>> {
-    let reference = |effect: Option<SurfaceEffect>| {
-        move |(resistance, factor): &'a (DMatrix<f64>, f64)| Reference {
-            resistance,
-            effect: effect.clone(),
-            factor: *factor,
-        }
-    };
-    let factor = resistances.coarser.first().map_or(1.0, |first| first.1);
-    let rounded = surfaces.map(|effects| effects.rounded.clone());
-    let coarser = surfaces.map(|effects| {
-        // Without gaps both factors are zero.
-        let factor = if factor > 0.0 {
-            effects.tail / factor
-        } else {
-            0.0
-        };
-        (effects.rounded).changed(factor, [&effects.computed, &effects.coarser])
-    });
-    let references = resistances.references.iter().map(reference(rounded));
-    references
-        .chain(resistances.coarser.iter().map(reference(coarser)))
-        .collect()
-}
-
-/// Visits successive solutions, the first of them `solved`, with the factor of the later one.
-fn follow(
-    references: &[Reference],
-    all: &SomeLinkages,
-    solved: MobilitySolution,
-    mut visit: impl FnMut(f64, [&MobilitySolution; 2]) -> Result<(), ModelError>,
-) -> Result<(), ModelError> {
-    let mut previous = solved;
-    for reference in references {
-        let solution = reference.solution(all)?;
-        visit(reference.factor, [&previous, &solution])?;
-        previous = solution;
-    }
-    Ok(())
-}
 
 /// Model of spheres in unbounded fluid, in a ball, above a wall, or in a periodic box.
 #[derive(Clone)]
@@ -418,45 +298,6 @@ impl SpheresModel {
         Ok(resistances)
     }
 
-    /// Effects of slip, deformation and background flow, with those from which their errors follow.
-    fn surface_effects(
-        &self,
-        (configuration, rates): (Configuration, &[f64]),
-        resistances: &SphereResistances,
-    ) -> Result<Option<SurfaceEffects>, ModelError> {
-        let poses = self.scaled.poses(configuration)?;
-        let motion = SurfaceMotion::new(&self.scaled, &poses, configuration.shape);
-        let Some(motion) = motion else {
-            return Ok(None);
-        };
-        let spheres = self.spheres(configuration)?;
-        let (centres, radii) = (spheres.centres(), spheres.radii());
-        let slip = |sphere: usize, n: &Vector3<f64>| motion.slip(sphere, n);
-        let background = |sphere: usize, n: &Vector3<f64>| {
-            -motion.background(&(centres[sphere] + radii[sphere] * n))
-        };
-        let of_amplitude = |joint: usize| {
-            let motion = &motion;
-            move |sphere: usize, n: &Vector3<f64>| {
-                motion.of_amplitude(sphere, &(radii[sphere] * n), joint)
-            }
-        };
-        let amplitudes: Vec<_> = (motion.amplitudes().iter())
-            .map(|&joint| of_amplitude(joint))
-            .collect();
-        let mut columns: Vec<&SphereSlip> = vec![&slip, &background];
-        columns.extend(amplitudes.iter().map(|velocity| velocity as &SphereSlip));
-        let rates = self.scaled.values(rates);
-        let rates: Vec<f64> = motion
-            .amplitudes()
-            .iter()
-            .map(|&joint| rates[joint])
-            .collect();
-        let medium = &self.medium;
-        SurfaceEffects::by_expansions((&spheres, medium), &resistances.orders, &columns, &rates)
-            .map(Some)
-    }
-
     /// The spheres of a configuration with their velocities.
     fn moving(
         &mut self,
@@ -526,100 +367,7 @@ impl SpheresModel {
         if let Some(found) = found {
             return Ok(found);
         }
-        let clock = Clock::now();
-        let resistances = self.resistance_at(configuration)?;
-        let assembly = clock.elapsed().as_secs_f64();
-        self.scaled.check_volume(configuration, rates)?;
-        let surfaces = self.surface_effects((configuration, rates), &resistances)?;
-        let effect = surfaces.as_ref().map(|effects| &effects.computed);
-        let linked = LinkedBodies::new(&self.scaled, query, rates)?;
-        let all = linked.all();
-        let solved = all.by_resistance(&resistances.matrix, effect)?;
-        let is_estimated = query.random_loads.is_none()
-            && self.scaled.scene.model().estimates != ModelEstimatesKind::Off;
-        let references = references(&resistances, surfaces.as_ref());
-        let mut errors = match is_estimated {
-            true => self.errors_by(&linked, &solved, &references)?,
-            false => ModelErrors::default(),
-        };
-        let has_slip_in_ball = surfaces.is_some() && matches!(self.medium, Medium::Ball { .. });
-        let beside_slip = if has_slip_in_ball {
-            SLIP_IN_BALL_FACTOR
-        } else {
-            1.0
-        };
-        if let Some(bars) = &mut errors.bars {
-            *bars = bars.times(&LargestDifferences::of_all(beside_slip));
-            if !all.is_held() {
-                let velocities = &self.scaled.set.surface_velocities();
-                let mut velocities = solved.generalised.select_rows(velocities);
-                if let Some(effect) = effect {
-                    velocities -= &effect.velocities;
-                }
-                let unbalanced = resistances.unbalanced_velocities(&velocities);
-                let [velocity, angular] = unbalanced.map(|largest| UNBALANCED_PART * largest);
-                bars.velocity = bars.velocity.max(velocity);
-                bars.angular_velocity = bars.angular_velocity.max(angular);
-            }
-            // Between two orders a rotation may change little by chance: its error was 2.5 times
-            // its change. An error of the velocities may turn a linkage about its farthest point.
-            let of_velocity = bars.velocity / self.scaled.shortest_lever;
-            bars.angular_velocity = bars.angular_velocity.max(of_velocity);
-        }
-        // Errors of slip and background flow have no sign.
-        errors.signed = errors.signed.filter(|_| surfaces.is_none());
-        let total = clock.elapsed().as_secs_f64();
-        let stresslets = match query.stresslets {
-            true => {
-                let none = || DVector::zeros(solved.generalised.len());
-                let errors = errors.generalised.take().unwrap_or_else(none);
-                let motion = [&solved.generalised, &errors];
-                let found = self.stresslets((configuration, rates), &resistances, motion)?;
-                found.map(|mut found| {
-                    found.error = found.error.map(|bar| beside_slip * bar);
-                    found
-                })
-            }
-            false => None,
-        };
-        let mut solution = InstantaneousSolution {
-            stresslets,
-            seconds: Seconds {
-                assembly,
-                solve: total - assembly,
-                total,
-                ..Seconds::default()
-            },
-            ..InstantaneousSolution::solved_directly(
-                linked.response(&solved)?,
-                resistances.dofs,
-                solved.residual,
-            )
-        };
-        self.enter_errors(&mut solution, errors);
-        Ok(solution)
-    }
-
-    /// Enters the error bars of the model, in the units of the scene.
-    fn enter_errors(&self, solution: &mut InstantaneousSolution, errors: ModelErrors) {
-        solution.model_error = errors.signed;
-        let Some(bars) = errors.bars else { return };
-        let scale = &self.scaled.scale;
-        solution.error_estimate = ErrorEstimate::of_model(scale.length_to_scene(bars.velocity));
-        solution.angular_velocity_error = ErrorEstimate::of_model(bars.angular_velocity);
-        solution.force_error = ErrorEstimate::of_model(scale.force_to_scene(bars.force));
-        solution.torque_error = ErrorEstimate::of_model(scale.torque_to_scene(bars.torque));
-        solution.power_error = ErrorEstimate::of_model(scale.power_to_scene(bars.power));
-        solution.linkage_power_error = Some(bars.linkage_power);
-        if let Some(size) = self.scaled.scene.domain().period() {
-            let of_flow = match self.scaled.mean_flow() {
-                MeanFlowCondition::TotalForce(_) => scale.length_to_scene(bars.mean_flow),
-                MeanFlowCondition::Velocity(_) => {
-                    scale.force_to_scene(bars.total_force) / size.product()
-                }
-            };
-            solution.mean_flow_error = ErrorEstimate::of_model(of_flow);
-        }
+        self.direct_expansions(query, rates)
     }
 }
 

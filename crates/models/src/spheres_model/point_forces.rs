@@ -9,14 +9,14 @@ use rayon::prelude::*;
 use scene::{Domain, ModelEstimatesKind};
 use stokes::{Seconds, SolverReport};
 
+use super::error_bars::{ModelErrors, SurfaceEffects, follow, references};
 use super::sphere_resistances::SphereResistances;
-use super::{Reference, SphereModel, SpheresModel, SurfaceEffects, follow, references};
+use super::{SphereModel, SpheresModel};
 use crate::error::ModelError;
 use crate::linked_bodies::{
     IteratedSolution, LargestDifferences, LinkedBodies, MobilitySolution, SomeLinkages,
 };
 use crate::query::{Configuration, Query};
-use crate::response::Response;
 use crate::solution::InstantaneousSolution;
 use crate::surface_motion::SurfaceEffect;
 
@@ -33,17 +33,6 @@ const SAMPLES: usize = 5;
 /// Largest factor from the first reflection to the error bar: where a neighbourhood asks for more,
 /// its own error is the bar.
 const LARGEST_FACTOR: f64 = 10.0;
-
-/// Errors of a solution.
-#[derive(Default)]
-pub(super) struct ModelErrors {
-    /// Largest errors of any body; none if they are not estimated.
-    pub bars: Option<LargestDifferences>,
-    /// The error, computed minus exact.
-    pub signed: Option<Response>,
-    /// That of the generalised velocities, exact minus computed; none if nothing has its sign.
-    pub generalised: Option<DVector<f64>>,
-}
 
 impl IteratedSolution<'_> {
     /// The solution with the stresslets that the spheres have in the flow of the forces.
@@ -255,39 +244,6 @@ impl SpheresModel {
             power,
             ..LargestDifferences::default()
         }
-    }
-
-    /// Errors that are found by other models: the differences of successive solutions, the first of
-    /// them `computed`, each times the factor of the later one.
-    ///
-    /// # Errors
-    /// Bodies that are too close.
-    pub(super) fn errors_by(
-        &self,
-        linked: &LinkedBodies,
-        computed: &MobilitySolution,
-        references: &[Reference],
-    ) -> Result<ModelErrors, ModelError> {
-        let all = linked.all();
-        let mut bars = LargestDifferences::default();
-        let mut signed: Option<Response> = None;
-        let mut generalised = DVector::zeros(computed.generalised.len());
-        follow(references, &all, computed.clone(), |factor, [from, to]| {
-            bars.add(factor, &all.largest_differences(from, to));
-            generalised += factor * (&to.generalised - &from.generalised);
-            let change = &linked.response(from)? - &linked.response(to)?;
-            let change = &change * factor;
-            signed = Some(match signed.take() {
-                Some(sum) => sum + &change,
-                None => change,
-            });
-            Ok(())
-        })?;
-        Ok(ModelErrors {
-            bars: Some(bars),
-            signed,
-            generalised: Some(generalised),
-        })
     }
 
     /// Errors by the first reflection over all spheres and by expansions in some neighbourhoods.
