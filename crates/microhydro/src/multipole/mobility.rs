@@ -666,6 +666,10 @@ impl Mobility for MultipoleMobility<'_> {
             .apply(x, |sphere| self.of_sphere(sphere));
     }
 
+    fn clear_places_of_forces(&self, x: &mut DVector<f64>) {
+        self.split_rigid(x);
+    }
+
     fn not_positive_definite(&self) -> HydroError {
         HydroError::FactorisationFailed {
             matrix: "Galerkin matrix",

@@ -754,12 +754,25 @@ impl Fluctuations for SpheresModel {
                 let spheres = self.spheres(configuration)?;
                 let mobility = self.mobility(model, &spheres)?;
                 let linked = LinkedBodies::at_rest(&self.scaled, configuration, None)?;
-                linked.all().random_loads_of_points(&mobility, normal)?
+                linked.all().random_loads_by_mobility(&mobility, normal)?
             }
             None => {
-                let resistance = self.resistance_at(configuration)?.matrix;
-                let linked = LinkedBodies::at_rest(&self.scaled, configuration, None)?;
-                linked.all().random_loads(&resistance, normal)?
+                // The resistance matrix does not have the images.
+                let in_box = match self.period {
+                    Some(_) => self.by_iteration(configuration, |own, mobility, _| {
+                        let linked = LinkedBodies::at_rest(&own.scaled, configuration, None)?;
+                        linked.all().random_loads_by_mobility(&mobility, normal)
+                    })?,
+                    None => None,
+                };
+                match in_box {
+                    Some(loads) => loads,
+                    None => {
+                        let resistance = self.resistance_at(configuration)?.matrix;
+                        let linked = LinkedBodies::at_rest(&self.scaled, configuration, None)?;
+                        linked.all().random_loads(&resistance, normal)?
+                    }
+                }
             }
         };
         let scaled = power / self.scaled.scale.power_to_scene(1.0);
