@@ -241,10 +241,10 @@ impl<'a> MultipoleMobility<'a> {
     /// Plans the couplings of all pairs.
     ///
     /// # Errors
-    /// A tolerance that is not between `1e-13` and 1; [`HydroError::TooClose`] for gaps below
-    /// 0.001 radii (of the smaller sphere, the larger one at most twice as large) and those that
-    /// need higher orders than 560; [`HydroError::TooCostly`] for the cost to a residual of the
-    /// tolerance.
+    /// A tolerance that is not between `1e-13` and 1; [`HydroError::GapTooNarrow`] for gaps below
+    /// 0.001 radii of the smaller sphere; [`HydroError::TooClose`] for wider ones beside a sphere
+    /// more than twice as large, and for those that need higher orders than 560;
+    /// [`HydroError::TooCostly`] for the cost to a residual of the tolerance.
     pub fn new(spheres: &'a Spheres, accuracy: &Accuracy) -> Result<Self, HydroError> {
         Self::planned(spheres, None, accuracy, None)
     }
