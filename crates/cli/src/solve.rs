@@ -345,7 +345,12 @@ impl Comparison {
             error: self.error,
             remedy: match (self.controls_error, scene.model().kind) {
                 (true, _) => "increase model.tolerance",
-                (false, ModelKind::Fem) => "set fem.target or reduce fem.surface_size",
+                // `auto` chooses rpy there.
+                (false, _) if scene.domain().period().is_some() => "set model.kind = \"multipole\"",
+                // Of models that do not control their error, `auto` chooses elements alone.
+                (false, ModelKind::Fem | ModelKind::Auto) => {
+                    "set fem.target or reduce fem.surface_size"
+                }
                 (false, _) => "let model.kind = \"auto\" choose",
             },
         };

@@ -43,6 +43,9 @@ pub trait Mobility: Sync {
     /// positive definite: for a preconditioner.
     fn precondition_hidden(&self, _: &mut DVector<f64>) {}
 
+    /// Sets the places among further degrees of freedom to zero that belong to the forces.
+    fn clear_places_of_forces(&self, _: &mut DVector<f64>) {}
+
     /// The error for a matrix that is not positive definite.
     fn not_positive_definite(&self) -> HydroError;
 }
@@ -679,19 +682,21 @@ impl<'a, M: Mobility> LinkedSpheres<'a, M> {
     }
 }
 
-impl LinkedSpheres<'_, PointMobility<'_>> {
+impl<M: Mobility> LinkedSpheres<'_, M> {
     /// Random loads on the coordinates of each linkage, with the covariance `S^T M^-1 S + D` for
     /// independent standard normal numbers.
     ///
-    /// They are `S^T f` for forces `f = G^T (G M G^T)^(-1/2) w` of covariance `M^-1`, where the
-    /// factorised blocks of the linkages alone are `G`, as preconditioner (Chow & Saad 2014, SIAM
-    /// J. Sci. Comput. 36, A588), and those of dashpots. Without other linkages this is
-    /// a Cholesky factorisation. The square root is that of Lanczos, to a relative accuracy of
-    /// 1e-6. Cost: one product with the mobility per step of it.
+    /// They are `S^T f` for forces `f` of covariance `M^-1`, those in `G^T (G A G^T)^(-1/2) w` with
+    /// the whole matrix `A` of forces and further degrees of freedom, whose inverse has `M^-1` as
+    /// the block of forces. As preconditioner `G` has the factorised blocks of the linkages alone
+    /// (Chow & Saad 2014, SIAM J. Sci. Comput. 36, A588), and those of dashpots. For one linkage
+    /// without further degrees of freedom this is a Cholesky factorisation. The square root is that
+    /// of Lanczos, to a relative accuracy of 1e-6. Cost: one product with the mobility per step.
     ///
     /// # Errors
-    /// [`HydroError::NotPositiveDefinite`] for point forces too close to each other;
-    /// [`HydroError::RootNotConverged`]; [`HydroError::NotFinite`].
+    /// [`HydroError::NotPositiveDefinite`] for point forces too close to each other, and
+    /// [`HydroError::FactorisationFailed`] for expansions; [`HydroError::RootNotConverged`];
+    /// [`HydroError::NotFinite`].
     pub fn random_loads(
         &self,
         normal: &mut dyn FnMut() -> f64,
@@ -699,7 +704,7 @@ impl LinkedSpheres<'_, PointMobility<'_>> {
         let not_positive_definite = || self.mobility.not_positive_definite();
         let factors: Vec<DMatrix<f64>> = (self.linkages.par_iter())
             .map(|one| {
-                let block = self.mobility.block_without_images(&one.linkage.spheres);
+                let block = self.mobility.own_block(&one.linkage.spheres);
                 let factor = Cholesky::new(block).ok_or_else(not_positive_definite)?;
                 Ok(factor.unpack())
             })
@@ -708,6 +713,7 @@ impl LinkedSpheres<'_, PointMobility<'_>> {
         for factor in &factors {
             first.push(first[first.len() - 1] + factor.nrows());
         }
+        let (of_spheres, hidden) = (first[factors.len()], self.mobility.hidden());
         let of_linkage = |all: &DVector<f64>, k: usize| {
             let own = all.rows(first[k], factors[k].nrows());
             let solved = factors[k].tr_solve_lower_triangular(&own);
@@ -717,12 +723,14 @@ impl LinkedSpheres<'_, PointMobility<'_>> {
             let rows = self.linkages[k].rows();
             forces.resize_vertically(rows, 0.0)
         };
-        // L^-1 M L^-T with the factors L of the blocks
+        // L^-1 A L^-T with the factors L of the blocks
         let apply = |all: &DVector<f64>| {
             let forces = (0..factors.len()).map(|k| Ok(with_dashpots(k, of_linkage(all, k)?)));
             let forces: Vec<_> = forces.collect::<Result<_, HydroError>>()?;
-            let velocities = self.velocities(&self.gathered(&forces, DVector::zeros(0)))?;
+            let further = all.rows(of_spheres, hidden).into_owned();
+            let velocities = self.velocities(&self.gathered(&forces, further))?;
             let mut image = DVector::zeros(all.len());
+            (image.rows_mut(of_spheres, hidden)).copy_from(&velocities.hidden);
             for (k, factor) in factors.iter().enumerate() {
                 let count = factor.nrows();
                 let own = self.own(&velocities, k).resize_vertically(count, 0.0);
@@ -732,7 +740,10 @@ impl LinkedSpheres<'_, PointMobility<'_>> {
             }
             Ok(image)
         };
-        let normals = DVector::from_fn(first[factors.len()], |_, _| normal());
+        let mut normals = DVector::from_fn(of_spheres, |_, _| normal());
+        let mut further = DVector::from_fn(hidden, |_, _| normal());
+        self.mobility.clear_places_of_forces(&mut further);
+        normals.extend(further.iter().copied());
         let root = inverse_root(&normals, apply)?.ok_or_else(not_positive_definite)?;
         let loads = self.linkages.iter().enumerate().map(|(k, one)| {
             let spheres = factors[k].nrows();

@@ -378,6 +378,24 @@ fn bug_solve_ignored_the_tolerance() {
     crate::printed(folder.path(), &accepted);
 }
 
+/// The remedy was to let `auto` choose, which had chosen.
+#[test]
+fn bug_the_remedy_for_a_missed_tolerance_in_a_periodic_box_was_the_model_that_missed_it() {
+    let folder = tempfile::tempdir().unwrap();
+    let boxed = format!(
+        "domain = {{ kind = \"periodic\", size = [6, 6, 6] }}\nmodel.tolerance = 1e-4\n\
+         {PAIR_OF_SPHERES}"
+    );
+    std::fs::write(folder.path().join("boxed.toml"), boxed).unwrap();
+    let output = crate::swim(folder.path(), &["solve", "boxed.toml"]);
+    assert_eq!(output.status.code(), Some(3));
+    let message = text(&output.stderr);
+    let remedy = "set model.kind = \"multipole\"";
+    assert!(message.contains(remedy), "{message}");
+    let better = ["solve", "boxed.toml", "--set", "model.kind=multipole"];
+    crate::printed(folder.path(), &better);
+}
+
 #[test]
 fn bug_displacements_by_rounding_were_printed() {
     let folder = tempfile::tempdir().unwrap();

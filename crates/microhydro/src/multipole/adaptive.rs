@@ -149,9 +149,17 @@ const GAP_ROUNDING: f64 = 1e-8;
 fn check_gaps(spheres: &Spheres, medium: &Medium) -> Result<(), HydroError> {
     spheres.check_inside(medium)?;
     let (surfaces, gap) = spheres.narrowest_gap(medium);
+    check_width(&surfaces, gap)
+}
+
+/// Checks that expansions are verified for a gap, relative to the smaller radius.
+///
+/// # Errors
+/// [`HydroError::GapTooNarrow`].
+pub(super) fn check_width(surfaces: &str, gap: f64) -> Result<(), HydroError> {
     match gap < (1.0 - GAP_ROUNDING) * NARROWEST_GAP {
         true => Err(HydroError::GapTooNarrow {
-            surfaces,
+            surfaces: surfaces.to_owned(),
             gap,
             lowest: NARROWEST_GAP,
         }),

@@ -6,6 +6,7 @@
 use nalgebra::Vector3;
 use rayon::prelude::*;
 
+use super::adaptive::check_width;
 use super::cell_shift::{CellShift, HIGHER};
 use super::cells::{Cell, CoupledBodies, MAX_CELL_ORDER, SLOWER, Tree};
 use super::far_images::{FAR_ORDER, FarImages};
@@ -41,6 +42,10 @@ const MAX_ORDER: usize = 560;
 /// The lowest eigenvalue falls with the gap. With lower orders the matrix of 27 spheres in a cube
 /// at gaps of 0.003 was indefinite at a tolerance of 1e-2, at gaps of 0.01 it was not.
 const NARROWEST: f64 = 0.018;
+
+/// Bispherical coordinate of equal spheres at a gap of 0.001 radii, with a margin: that of spheres
+/// at narrower gaps is below it.
+const NARROWEST_OF_EQUAL: f64 = 0.032;
 
 /// The orders of all spheres and pairs, before anything is computed.
 pub(super) struct Plan {
@@ -243,10 +248,16 @@ fn check_gaps(
     closest: impl FnOnce() -> Option<(String, f64)>,
 ) -> Result<(), HydroError> {
     let highest = orders.iter().copied().max().unwrap_or_default();
-    if highest <= MAX_ORDER && truncation::narrowest(xi) >= NARROWEST {
+    let narrowest = truncation::narrowest(xi);
+    let meets_orders = highest <= MAX_ORDER && narrowest >= NARROWEST;
+    if meets_orders && narrowest >= NARROWEST_OF_EQUAL {
         return Ok(());
     }
     let (surfaces, gap) = closest().unwrap_or((String::new(), f64::INFINITY));
+    check_width(&surfaces, gap)?;
+    if meets_orders {
+        return Ok(());
+    }
     Err(HydroError::TooClose {
         surfaces,
         gap,

@@ -246,10 +246,11 @@ impl<'a> MultipoleMobility<'a> {
     /// its multipoles: [`MultipoleMobility::slip`] drives them.
     ///
     /// # Errors
-    /// A tolerance that is not between `1e-13` and 1; [`HydroError::TooClose`] for gaps below
-    /// 0.001 radii (of the smaller sphere, the larger one at most twice as large) and those that
-    /// need higher orders than 560; [`HydroError::TooCostly`] for the cost to a residual of the
-    /// tolerance; in a box those of [`PointMobility::periodic`].
+    /// A tolerance that is not between `1e-13` and 1; [`HydroError::GapTooNarrow`] for gaps below
+    /// 0.001 radii of the smaller sphere; [`HydroError::TooClose`] for wider ones beside a sphere
+    /// more than twice as large, and for those that need higher orders than 560;
+    /// [`HydroError::TooCostly`] for the cost to a residual of the tolerance; in a box those of
+    /// [`PointMobility::periodic`].
     pub fn new(
         spheres: &'a Spheres,
         period: Option<&Vector3<f64>>,
@@ -635,6 +636,10 @@ impl Mobility for MultipoleMobility<'_> {
     fn precondition_hidden(&self, x: &mut DVector<f64>) {
         self.preconditioner
             .apply(x, |sphere| self.of_sphere(sphere));
+    }
+
+    fn clear_places_of_forces(&self, x: &mut DVector<f64>) {
+        self.split_rigid(x);
     }
 
     fn not_positive_definite(&self) -> HydroError {

@@ -1,6 +1,6 @@
 //! Random loads on linked bodies.
 
-use microhydro::PointMobility;
+use microhydro::Mobility;
 use nalgebra::{DMatrix, DVector};
 
 use super::SomeLinkages;
@@ -24,13 +24,13 @@ impl SomeLinkages<'_> {
         self.on_state(&self.of_linkages(&loads))
     }
 
-    /// The same by a model of point forces, without the resistance.
+    /// The same by a mobility, without the resistance.
     ///
     /// # Errors
-    /// Spheres too close for the model.
-    pub fn random_loads_of_points(
+    /// Spheres too close for the model; a square root that does not converge.
+    pub fn random_loads_by_mobility(
         &self,
-        mobility: &PointMobility,
+        mobility: &impl Mobility,
         normal: &mut dyn FnMut() -> f64,
     ) -> Result<DVector<f64>, ModelError> {
         self.on_state(&self.spheres(mobility, None)?.random_loads(normal)?)

@@ -359,7 +359,9 @@ impl SpheresModel {
     fn definite<T>(&self, found: Result<T, ModelError>) -> Result<Option<T>, ModelError> {
         match found {
             Err(ModelError::Spheres(
-                HydroError::FactorisationFailed { .. } | HydroError::NotConverged { .. },
+                HydroError::FactorisationFailed { .. }
+                | HydroError::NotConverged { .. }
+                | HydroError::RootNotConverged { .. },
             )) if self.period.is_none() => Ok(None),
             found => found.map(Some),
         }

@@ -502,13 +502,19 @@ impl Fluctuations for SpheresModel {
                 let spheres = self.spheres(configuration)?;
                 let mobility = self.mobility(model, &spheres)?;
                 let linked = LinkedBodies::at_rest(&self.scaled, configuration, None)?;
-                linked.all().random_loads_of_points(&mobility, normal)?
+                linked.all().random_loads_by_mobility(&mobility, normal)?
             }
-            None => {
-                let resistance = self.resistance_at(configuration)?.matrix;
-                let linked = LinkedBodies::at_rest(&self.scaled, configuration, None)?;
-                linked.all().random_loads(&resistance, normal)?
-            }
+            None => match self.by_iteration(configuration, |own, mobility, _| {
+                let linked = LinkedBodies::at_rest(&own.scaled, configuration, None)?;
+                linked.all().random_loads_by_mobility(&mobility, normal)
+            })? {
+                Some(loads) => loads,
+                None => {
+                    let resistance = self.resistance_at(configuration)?.matrix;
+                    let linked = LinkedBodies::at_rest(&self.scaled, configuration, None)?;
+                    linked.all().random_loads(&resistance, normal)?
+                }
+            },
         };
         let scaled = power / self.scaled.scale.power_to_scene(1.0);
         Ok(loads.component_mul(&self.scaled.load_units()) * scaled.sqrt())

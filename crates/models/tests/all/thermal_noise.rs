@@ -142,6 +142,24 @@ fn random_velocities_have_the_mobility_as_covariance() {
     }
 }
 
+/// The loads had the resistance of unbounded fluid, so that a sphere alone diffused as slowly as
+/// the square of the mobility.
+#[test]
+fn bug_random_loads_by_multipoles_did_not_know_the_images_of_a_periodic_box() {
+    let text = "fluid.thermal_energy = 1\n\
+        domain = { kind = \"periodic\", size = [8, 7, 6] }\n\
+        bodies = [{ name = \"a\", radius = 1, position = [0, 0, 0] },\n\
+        { name = \"b\", radius = 0.7, position = [4, 1, 0] }]\n\
+        links = [{ name = \"ab\", body = \"b\", to = \"a\", drive = \"spring\", stiffness = 2, \
+        damping = 30 }]\n";
+    let kind = SphereModel::Multipole(1e-2);
+    let mut model = SpheresModel::new(&Scene::parse(text).unwrap(), kind).unwrap();
+    let exact = mobility(&mut model);
+    let found = covariance(&mut model, 7.0);
+    let error = (&found - &exact).amax() / exact.amax();
+    within(error, 1e-5, "ten times the accuracy of the inverse root");
+}
+
 #[test]
 fn random_loads_do_no_work_of_the_bodies_and_have_no_bars() {
     for kind in [SphereModel::Rpy, SphereModel::Multipole(1e-3)] {

@@ -196,12 +196,10 @@ impl<'a> Expansion<'a> {
         let Some(positions) = &entry.positions else {
             return self.random_poses();
         };
-        let random = [
-            ("count", entry.count.is_some()),
-            ("size", entry.size.is_some()),
-            ("isotropic", entry.isotropic),
-        ];
-        if let Some((name, _)) = random.iter().find(|(_, is_given)| *is_given) {
+        let own = list(self.values(), "copies").and_then(|entries| entries.get(self.number));
+        let is_given = |name: &&str| own.is_some_and(|own| own.get(name).is_some());
+        let random = ["count", "size", "centre", "isotropic", "gap", "seed"];
+        if let Some(name) = random.into_iter().find(is_given) {
             let problem = "belongs to copies at random places; remove it or `positions`";
             return Err(self.checks.bad_value(&self.key(name), problem));
         }
@@ -283,7 +281,9 @@ impl<'a> Expansion<'a> {
                 let moved: Vec<(Vector3<f64>, f64)> = (own.iter())
                     .map(|(arm, radius)| (position + rotation * arm, *radius))
                     .collect();
-                room.take(&moved).then_some(Pose { position, rotation })
+                // Copies that are not turned have the images of their original.
+                let is_apart = !entry.isotropic || room.is_clear_of_own_images(&moved);
+                (is_apart && room.take(&moved)).then_some(Pose { position, rotation })
             });
             let Some(pose) = pose else {
                 let problem = format!(
@@ -529,6 +529,18 @@ impl Room {
                     .push((x, radius));
             }
         }
+    }
+
+    /// Whether the spheres of a linkage leave the gap to the images of each other.
+    fn is_clear_of_own_images(&self, spheres: &[(Vector3<f64>, f64)]) -> bool {
+        let is_clear = |(x, radius): &(Vector3<f64>, f64), (y, other): &(Vector3<f64>, f64)| {
+            let apart = x - y;
+            let shifts = self.domain.shifts_near(&apart);
+            let mut images = shifts.iter().filter(|shift| **shift != Vector3::zeros());
+            images.all(|shift| (apart - shift).norm() >= radius + other + self.gap)
+        };
+        let mut numbered = spheres.iter().enumerate();
+        numbered.all(|(k, one)| spheres[..k].iter().all(|other| is_clear(one, other)))
     }
 
     /// Enters spheres if they leave the gap to all others.

@@ -133,6 +133,48 @@ fn copies_that_do_not_fit_are_refused_with_their_key() {
     }
 }
 
+/// They had no effect: a grid was not where its `centre` said.
+#[test]
+fn bug_keys_of_random_copies_were_ignored_beside_positions() {
+    for key in [
+        "centre = [1, 0, 0]",
+        "gap = 0.5",
+        "seed = 2",
+        "isotropic = true",
+    ] {
+        let text = format!("[[copies]]\nof = \"c\"\npositions = [[9, 9, 9]]\n{key}\n");
+        let error = parse(&text).unwrap_err();
+        let name = key.split(' ').next().unwrap();
+        let words = [
+            &format!("copies[0].{name}")[..],
+            "belongs to copies at random",
+        ];
+        assert!(words.iter().all(|word| error.contains(word)), "{error}");
+    }
+}
+
+/// A copy that was turned touched its own image, so that the scene was refused.
+#[test]
+fn bug_random_copies_did_not_see_the_images_of_their_own_linkage() {
+    for seed in [1, 6, 10] {
+        let text = format!(
+            "domain = {{ kind = \"periodic\", size = [20, 20, 20] }}\n\
+             bodies = [{{ name = \"a\", radius = 1, position = [0, 0, 0] }},\n\
+             {{ name = \"b\", radius = 1, position = [13.4, 13.4, 0] }}]\n\
+             links = [{{ name = \"l\", body = \"b\", to = \"a\" }}]\n\
+             [[copies]]\nof = \"a\"\ncount = 30\nsize = [20, 20, 20]\nisotropic = true\n\
+             gap = 0.2\nseed = {seed}\n"
+        );
+        let scene = Scene::parse(&text).unwrap();
+        let set = scene.articulation();
+        let poses = set
+            .place(&scene.initial_state(), set.initial_shape())
+            .unwrap();
+        let closest = closest_contact(scene.bodies(), scene.domain(), &poses).unwrap();
+        assert!(closest.gap >= 0.2 - 1e-12, "{}", closest.gap);
+    }
+}
+
 const AMOEBA: &str = "\
 [[bodies]]\nname = \"s\"\nradius = 1\nposition = [0, 0, 0]\n\
 deformation = { modes = { p2 = 2, p3 = 3 } }\n";
