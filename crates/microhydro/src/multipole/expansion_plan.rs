@@ -57,7 +57,10 @@ pub(super) struct Plan {
     pub cells: Vec<Cell>,
     /// Cells with their parts, such that all parts of a cell are in a list before.
     pub shifts: Vec<Vec<PlannedPair>>,
-    pub tail: f64,
+    /// Factor from the change by [`Variant::Lowered`] to the error, of each sphere.
+    pub tails: Vec<f64>,
+    /// Relative error of the couplings of spheres.
+    pub neglected: f64,
     /// Bispherical coordinate of the narrowest gap.
     pub narrowest: f64,
     pub is_periodic: bool,
@@ -425,10 +428,6 @@ impl Plan {
             }
         };
         let highest = orders.iter().copied().max().unwrap_or_default();
-        let all = super::orders::Orders {
-            spheres: orders.clone(),
-            ..super::orders::Orders::all(n, &Medium::Unbounded, 0)
-        };
         let neglected = Neglected::of(&xi, tolerance);
         let a = spheres.radii();
         let pairs = neighbours.par_iter().map(|near| {
@@ -482,7 +481,8 @@ impl Plan {
             pairs,
             cells,
             shifts,
-            tail: truncation::tail(&xi, &all),
+            tails: truncation::tails_of_spheres(&xi.spheres, &orders),
+            neglected: neglected.of_spheres,
             orders,
             narrowest: truncation::narrowest(&xi),
             is_periodic: period.is_some(),

@@ -148,7 +148,8 @@ pub struct MultipoleMobility<'a> {
     cells: Cells,
     /// Distant images in a periodic box.
     far: Option<FarImages>,
-    tail: f64,
+    tails: Vec<f64>,
+    neglected: f64,
     narrowest: f64,
     variant: Variant,
     preconditioner: PairPreconditioner,
@@ -288,7 +289,8 @@ impl<'a> MultipoleMobility<'a> {
             shares: Share::all(&plan.pairs),
             pairs: plan.pairs,
             cells: Cells::new(of_cells, plan.shifts),
-            tail: plan.tail,
+            tails: plan.tails,
+            neglected: plan.neglected,
             narrowest: plan.narrowest,
             variant: Variant::Full,
         };
@@ -331,9 +333,43 @@ impl<'a> MultipoleMobility<'a> {
         self.variant = variant;
     }
 
-    /// Factor from the change by [`Variant::Lowered`] to the error.
+    /// Factor from the change by [`Variant::Lowered`] to the error: the largest of
+    /// [`MultipoleMobility::tails`].
     pub fn tail(&self) -> f64 {
-        self.tail
+        self.tails.iter().copied().fold(0.0, f64::max)
+    }
+
+    /// The factor of each sphere, which falls with the width of its narrowest gap.
+    pub fn tails(&self) -> &[f64] {
+        &self.tails
+    }
+
+    /// Mean of the factors of all spheres for the multipoles `hidden` of a solution, with the
+    /// energies of the degrees that [`Variant::Lowered`] omits as weights.
+    ///
+    /// The change of the power by lower orders is the sum of these energies, up to reflections: the
+    /// mean is the factor from it to the error of the power, also where one gap of many is narrow.
+    pub fn mean_tail(&self, hidden: &DVector<f64>) -> f64 {
+        let mut sums = [0.0; 2];
+        for (sphere, tail) in self.tails.iter().enumerate() {
+            let (modes, first) = self.of_sphere(sphere);
+            let omitted = modes
+                .shells()
+                .filter(|&(family, l)| !modes.in_lower_order(family, l));
+            let rows = omitted.flat_map(|(family, l)| modes.shell(family, l));
+            let energy: f64 = rows.map(|row| hidden[first + row].powi(2)).sum();
+            sums[0] += tail * energy;
+            sums[1] += energy;
+        }
+        match sums {
+            [sum, all] if all > 0.0 => sum / all,
+            _ => self.tail(),
+        }
+    }
+
+    /// Relative error of the couplings of spheres that the orders of pairs are chosen for.
+    pub fn neglected(&self) -> f64 {
+        self.neglected
     }
 
     /// Bispherical coordinate of the narrowest gap: `cosh ξ = 1 + h / 2a` for equal spheres of

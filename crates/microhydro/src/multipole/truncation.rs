@@ -275,6 +275,14 @@ pub(crate) fn tail(xi: &GapCoordinates, orders: &Orders) -> f64 {
         .fold(0.0, f64::max)
 }
 
+/// [`tail`] of each of many spheres, whose orders are above the lowest one.
+pub(super) fn tails_of_spheres(xi: &[f64], orders: &[usize]) -> Vec<f64> {
+    let spheres = xi.iter().zip(orders);
+    spheres
+        .map(|(&xi, &order)| tail_of_one(xi, order, MIN_ORDER))
+        .collect()
+}
+
 /// [`tail`] of one expansion.
 ///
 /// The tail of a geometric series with ratio `e^(-4ξ)`, times `((n+2)/n)²` for the powers of the

@@ -228,6 +228,33 @@ fn changes_by_variants_contain_the_errors_among_27_squirmers() {
     }
 }
 
+/// Far from a narrow gap energies have the factors of wide ones.
+#[test]
+fn the_mean_factor_of_lower_orders_is_that_of_the_spheres_that_dissipate() {
+    let centres = [0.0, 2.05, 8.0, 13.0, 18.0].map(|x| Vector3::new(x, 0.0, 0.0));
+    let spheres = Spheres::new(centres.to_vec(), vec![1.0; 5]).unwrap();
+    let some = squirmers(5);
+    let mean = |squirming: [usize; 2]| {
+        let slip = |k: usize, n: &Vector3<f64>| match squirming.contains(&k) {
+            true => some[k].slip(n),
+            false => Vector3::zeros(),
+        };
+        let modes = SlipModes::new(&spheres, &slip).unwrap();
+        let accuracy = Accuracy::relative(1e-3);
+        let mobility = MultipoleMobility::new(&spheres, None, &accuracy, Some(&modes)).unwrap();
+        let found = Case::new(&spheres, None, 1e-3).solve(&slip);
+        let tails = mobility.tails();
+        assert_eq!(tails.len(), 5);
+        assert!(tails[0] == mobility.tail() && tails[4] < 0.1 * tails[0]);
+        let none = DVector::zeros(mobility.hidden());
+        assert!(mobility.mean_tail(&none) == mobility.tail());
+        mobility.mean_tail(&found.motion.hidden) / mobility.tail()
+    };
+    let (near, far) = (mean([0, 1]), mean([3, 4]));
+    assert!(near > 0.9 && near <= 1.0, "{near}");
+    assert!(far < 0.5, "{far}");
+}
+
 /// A force on a held sphere is the power that its slip has less than if it were free: by the
 /// reciprocal theorem `P = P_0 - F · U_0`, with the velocities `U_0` of free spheres.
 #[test]

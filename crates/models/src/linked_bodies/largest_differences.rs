@@ -155,6 +155,25 @@ impl SomeLinkages<'_> {
         })
     }
 
+    /// Largest differences between the velocities, and between the angular velocities, of a body
+    /// with a surface in two solutions, each times the factor of its body.
+    pub fn largest_weighted(
+        &self,
+        (one, other): (&MobilitySolution, &MobilitySolution),
+        factors: &[f64],
+    ) -> [f64; 2] {
+        [0, 3].map(|part| {
+            let rows = self.surface_velocities.iter().skip(part).step_by(6);
+            let difference =
+                |&k| (vector(&one.generalised, k) - vector(&other.generalised, k)).norm();
+            let weighted = rows
+                .map(difference)
+                .zip(factors)
+                .map(|(d, factor)| d * factor);
+            weighted.fold(0.0, f64::max)
+        })
+    }
+
     /// Largest differences between the motions and loads of a body in two solutions, and that of
     /// the power.
     pub fn largest_differences(
