@@ -345,7 +345,7 @@ impl Comparison {
             error: self.error,
             remedy: match (self.controls_error, scene.model().kind) {
                 (true, _) => "increase model.tolerance",
-                // `auto` chooses rpy there.
+                // `auto` chooses rpy there where expansions take long.
                 (false, _) if scene.domain().period().is_some() => "set model.kind = \"multipole\"",
                 // Of models that do not control their error, `auto` chooses elements alone.
                 (false, ModelKind::Fem | ModelKind::Auto) => {

@@ -12,7 +12,9 @@ use scene::{DomainKind, ModelKind, Scene, Shape};
 
 use crate::integrate::velocity_tolerance;
 use crate::observer::Progress;
-use sphere_model::{ModelForSpheres, choose_for_spheres, expansion_for_tolerance, model_for_noise};
+use sphere_model::{
+    ModelForSpheres, choose_for_spheres, expansion_for_tolerance, model_for_noise, model_in_box,
+};
 
 pub use tables::with_tables;
 pub use target::{SizeSearch, simulate_to_target};
@@ -144,12 +146,8 @@ fn choose_unchecked(scene: &Scene, progress: &mut dyn Progress) -> Result<Choice
             })
         }
         ModelKind::Auto if scene.domain().period().is_some() => {
-            let reasons = vec![
-                scene.describe_arrangement(),
-                "in a periodic box expansions cost seconds a solution".to_owned(),
-                "chosen: rpy, at the cost of oseen with a smaller error".to_owned(),
-            ];
-            spheres(SphereModel::Rpy, reasons)
+            let (kind, reason) = model_in_box(scene);
+            spheres(kind, vec![scene.describe_arrangement(), reason])
         }
         ModelKind::Auto if serves_spheres => {
             let choice = choose_for_spheres(scene, progress)?;

@@ -89,6 +89,33 @@ pub(super) fn model_for_noise(scene: &Scene) -> Result<(SphereModel, String), Mo
 /// Predicted seconds of a solution by expansions with which steps of thermal noise are affordable.
 const NOISE_SECONDS: f64 = 1e-2;
 
+/// The model of spheres in a periodic box, with the reason: expansions where a run by them takes at
+/// most [`LONG_RUN_SECONDS`], with thermal noise a solution at most [`NOISE_SECONDS`]; else
+/// Rotne-Prager-Yamakawa, at the cost of Oseen with a smaller error.
+pub(super) fn model_in_box(scene: &Scene) -> (SphereModel, String) {
+    let kind = expansion_for_tolerance(scene);
+    let state = scene.initial_state();
+    let seconds = SpheresModel::new(scene, kind)
+        .and_then(|model| model.predicted_seconds(start(scene, &state)));
+    let most = match scene.noise() {
+        Some(_) => NOISE_SECONDS,
+        None => LONG_RUN_SECONDS / typical_solves(scene) as f64,
+    };
+    let (kind, why) = match seconds {
+        Ok(seconds) => (
+            if seconds <= most {
+                kind
+            } else {
+                SphereModel::Rpy
+            },
+            format!("a solution by expansions takes {seconds:.1e} s, as predicted"),
+        ),
+        // Gaps too narrow for expansions, for example.
+        Err(error) => (SphereModel::Rpy, error.to_string()),
+    };
+    (kind, format!("chosen: {}; {why}", kind.describe()))
+}
+
 /// A candidate with its predicted seconds per solve, the mean over the shapes of the trial.
 #[derive(Clone, Copy)]
 struct Candidate {

@@ -70,7 +70,7 @@ fn a_sphere_that_meets_an_image_of_another_one_is_reported() {
 }
 
 #[test]
-fn auto_chooses_rpy_and_refuses_what_it_cannot_do() {
+fn auto_chooses_expansions_where_they_take_seconds_and_refuses_what_it_cannot_do() {
     let scene = |shape: &str| {
         let text = format!(
             "domain = {{ kind = \"periodic\", size = [9, 9, 9] }}\n\
@@ -78,12 +78,19 @@ fn auto_chooses_rpy_and_refuses_what_it_cannot_do() {
         );
         Scene::parse(&text).unwrap()
     };
-    assert_eq!(
-        choose(&scene("force = [1, 0, 0]")).unwrap().model.name(),
-        "rpy"
-    );
-    let squirmer = "slip = { b1 = 1, axis = [1, 0, 0] }";
-    assert_eq!(choose(&scene(squirmer)).unwrap().model.name(), "rpy");
+    let chosen = |scene: &Scene| choose(scene).unwrap().model.name();
+    assert_eq!(chosen(&scene("force = [1, 0, 0]")), "multipole");
+    let squirmer = scene("slip = { b1 = 1, axis = [1, 0, 0] }");
+    assert_eq!(chosen(&squirmer), "multipole");
+    // A long run, and one with noise, whose steps are many.
+    let long = "gait = { phases = [{ duration = 1 }], cycles = 10000 }";
+    let noise = "fluid = { thermal_energy = 1, time_step = 0.1 }\ngait.phases = [{ duration = 1 }]";
+    let pair = "bodies = [{ name = \"a\", radius = 1, position = [0, 0, 0], force = [1, 0, 0] },\n\
+        { name = \"b\", radius = 1, position = [2.5, 0, 0] }]";
+    for run in [long, noise] {
+        let text = format!("domain = {{ kind = \"periodic\", size = [9, 9, 9] }}\n{run}\n{pair}");
+        assert_eq!(chosen(&Scene::parse(&text).unwrap()), "rpy", "{run}");
+    }
     let spheroid = "shape = \"spheroid\", half_length = 2, axis = [1, 0, 0]";
     let error = choose(&scene(spheroid)).err().unwrap().to_string();
     let words = "other than rigid spheres";
