@@ -160,6 +160,47 @@ fn bug_random_loads_by_multipoles_did_not_know_the_images_of_a_periodic_box() {
     within(error, 1e-5, "ten times the accuracy of the inverse root");
 }
 
+/// Of 17 spheres loads are found by iteration: the sum of their squares in the norm of the mobility
+/// is that of as many standard normal numbers as there are coordinates.
+#[test]
+fn random_loads_of_many_spheres_have_the_resistance_as_covariance() {
+    const SPHERES: usize = 17;
+    const DRAWS: usize = 20;
+    let bodies = (0..SPHERES).map(|k| {
+        let place = [k % 3, k / 3 % 3, k / 9].map(|n| 2.5 * n as f64);
+        format!("{{ name = \"{k}\", radius = 1, position = {place:?} }},\n")
+    });
+    let bodies: String = bodies.collect();
+    let text = format!("fluid.thermal_energy = 1\nbodies = [\n{bodies}]\n");
+    let kind = SphereModel::Multipole(1e-2);
+    let mut model = SpheresModel::new(&Scene::parse(&text).unwrap(), kind).unwrap();
+    let scene = model.scene().clone();
+    let (state, shape) = (scene.initial_state(), scene.articulation().initial_shape());
+    let places = scene.articulation().state_velocities();
+    // Sums of twelve numbers of a linear congruence (Knuth, MMIX) have a variance of one.
+    let mut seed = 1_u64;
+    let mut uniform = || {
+        let (factor, summand) = (6_364_136_223_846_793_005, 1_442_695_040_888_963_407);
+        seed = seed.wrapping_mul(factor).wrapping_add(summand);
+        (seed >> 11) as f64 / (1_u64 << 53) as f64
+    };
+    let mut normal = || (0..12).map(|_| uniform()).sum::<f64>() - 6.0;
+    let mut sum = 0.0;
+    for _ in 0..DRAWS {
+        let configuration = Configuration::new(&state, shape);
+        let fluctuations = model.fluctuations().unwrap();
+        let loads = fluctuations.random_loads(configuration, 1.0, &mut normal);
+        let loads = loads.unwrap();
+        sum += loads.select_rows(&places).dot(&moved(&mut model, &loads));
+    }
+    let numbers = (6 * SPHERES * DRAWS) as f64;
+    within(
+        sum / numbers - 1.0,
+        4.0 * (2.0 / numbers).sqrt(),
+        "four standard deviations",
+    );
+}
+
 #[test]
 fn random_loads_do_no_work_of_the_bodies_and_have_no_bars() {
     for kind in [SphereModel::Rpy, SphereModel::Multipole(1e-3)] {

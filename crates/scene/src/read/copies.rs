@@ -196,10 +196,16 @@ impl<'a> Expansion<'a> {
         let Some(positions) = &entry.positions else {
             return self.random_poses();
         };
-        let own = list(self.values(), "copies").and_then(|entries| entries.get(self.number));
-        let is_given = |name: &&str| own.is_some_and(|own| own.get(name).is_some());
-        let random = ["count", "size", "centre", "isotropic", "gap", "seed"];
-        if let Some(name) = random.into_iter().find(is_given) {
+        let default = CopiesFile::default();
+        let random = [
+            ("count", entry.count.is_some()),
+            ("size", entry.size.is_some()),
+            ("centre", entry.centre != default.centre),
+            ("isotropic", entry.isotropic),
+            ("gap", entry.gap != default.gap),
+            ("seed", entry.seed != default.seed),
+        ];
+        if let Some((name, _)) = random.iter().find(|(_, differs)| *differs) {
             let problem = "belongs to copies at random places; remove it or `positions`";
             return Err(self.checks.bad_value(&self.key(name), problem));
         }

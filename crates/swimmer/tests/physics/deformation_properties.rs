@@ -42,8 +42,12 @@ impl Kind {
             Self::Radius => (size("radius"), vec![("b.radius", [0.9, 1.3])]),
             Self::Volume => (size("volume"), vec![("b.volume", [3.0, 8.0])]),
             Self::Isochoric => (modes("isochoric", ""), amplitudes),
-            Self::Tangential => (modes("tangential", ""), amplitudes),
-            // Of expansions, which resolve small changes of slopes.
+            // Of expansions, which resolve small changes of slopes: where both are -0.1 the flow on
+            // the surface needs more than 25 degrees for some rates.
+            Self::Tangential => (
+                modes("tangential", ""),
+                vec![("b.p", [-0.08, 0.08]), ("b.q", [-0.08, 0.08])],
+            ),
             Self::Gradient => (
                 modes("gradient", "orders = { p = 1, q = -2 }, "),
                 vec![("b.p", [-0.04, 0.04]), ("b.q", [-0.02, 0.02])],

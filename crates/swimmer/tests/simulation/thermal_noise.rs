@@ -226,10 +226,9 @@ fn spheres_are_moved_by_expansions_where_these_are_cheap_and_by_rpy_in_crowds() 
     assert_eq!(model(2, ""), "multipole");
     assert_eq!(model(2, "domain.kind = \"wall\""), "multipole");
     assert_eq!(model(60, ""), "rpy");
-    assert_eq!(
-        model(2, "domain = { kind = \"periodic\", size = [40, 40, 40] }"),
-        "rpy"
-    );
+    let boxed = "domain = { kind = \"periodic\", size = [40, 40, 40] }";
+    assert_eq!(model(2, boxed), "multipole");
+    assert_eq!(model(60, boxed), "rpy");
     assert_eq!(model(2, "model.kind = \"oseen\""), "oseen");
 }
 
