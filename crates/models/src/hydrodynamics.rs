@@ -104,9 +104,13 @@ pub trait Hydrodynamics: Send {
             false => None,
         };
         match copies {
-            Some(copies) => (copies.into_par_iter())
-                .map(|(mut model, query)| model.solve(query))
-                .collect(),
+            Some(copies) => {
+                let solve =
+                    |(mut model, query): (Box<dyn Hydrodynamics>, &Query<'_>)| model.solve(query);
+                let solved: Vec<_> = copies.into_par_iter().map(solve).collect();
+                // The first error in the order of the queries.
+                solved.into_iter().collect()
+            }
             None => queries.iter().map(|query| self.solve(query)).collect(),
         }
     }
