@@ -35,8 +35,8 @@ const MAX_RESIDUAL: f64 = 0.05;
 
 /// Largest number of iterations without a restart; if it does not suffice, the solve fails.
 ///
-/// A stroke that closes to a gap of 0.08 radii stalled at a Euclidean residual of 0.65 with restarts
-/// after every eight iterations.
+/// A stroke that closes to a gap of 0.08 radii stalled at a Euclidean residual of 0.65 with
+/// restarts after every eight iterations.
 const MAX_ITERATIONS: usize = 128;
 
 /// Largest number of iterations to a prescribed residual.

@@ -239,8 +239,8 @@ impl<'a> MultipoleMobility<'a> {
         }
     }
 
-    /// Plans the couplings of all pairs, in unbounded fluid or in a box with the edges `period` that
-    /// is repeated in all directions, with zero mean flow as in [`PointMobility::periodic`].
+    /// Plans the couplings of all pairs, in unbounded fluid or in a box with the edges `period`
+    /// that is repeated in all directions, with zero mean flow as in [`PointMobility::periodic`].
     ///
     /// Images couple as pairs as far as they need more than four degrees; the flow of all others is
     /// that of low multipoles by Ewald's sums, at a cost of `O(n²)`. With slip the expansions have
