@@ -314,23 +314,22 @@ impl SpheresModel {
                 }
                 _ => [0.0; 2],
             };
-            let of_motions = |change: f64| of_motions * change;
             bars.add(
                 1.0,
                 &LargestDifferences {
-                    velocity: of_motions(differences.velocity).max(velocity),
-                    angular_velocity: of_motions(differences.angular_velocity)
-                        .max(angular_velocity),
+                    velocity: velocity.max(of_motions * differences.velocity),
+                    angular_velocity: angular_velocity
+                        .max(of_motions * differences.angular_velocity),
                     force: factor * differences.force,
                     torque: factor * differences.torque,
                     power: of_power * differences.power,
                     linkage_power: factor * differences.linkage_power,
-                    mean_flow: of_motions(differences.mean_flow),
+                    mean_flow: of_motions * differences.mean_flow,
                     total_force: factor * differences.total_force,
                 },
             );
             let change = response - &linked.response(&other)?;
-            let change = &change * of_motions(1.0);
+            let change = &change * of_motions;
             errors.signed = Some(match errors.signed.take() {
                 Some(sum) => sum + &change,
                 None => change,
