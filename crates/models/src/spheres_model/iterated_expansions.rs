@@ -306,28 +306,25 @@ impl SpheresModel {
         ] {
             mobility.set_variant(variant);
             let (other, of_other) = all.by_similar_mobility(mobility, effect, near)?;
-            let differences = all.largest_differences(solution, &other);
-            // A mean is too small for a sphere in a narrow gap that changes less than others.
-            let [velocity, angular_velocity] = match variant {
-                Variant::Lowered if effect.is_some() => {
-                    all.largest_weighted((solution, &other), mobility.tails())
-                }
-                _ => [0.0; 2],
+            let factors = LargestDifferences {
+                velocity: of_motions,
+                angular_velocity: of_motions,
+                power: of_power,
+                mean_flow: of_motions,
+                ..LargestDifferences::of_all(factor)
             };
-            bars.add(
-                1.0,
-                &LargestDifferences {
-                    velocity: velocity.max(of_motions * differences.velocity),
-                    angular_velocity: angular_velocity
-                        .max(of_motions * differences.angular_velocity),
-                    force: factor * differences.force,
-                    torque: factor * differences.torque,
-                    power: of_power * differences.power,
-                    linkage_power: factor * differences.linkage_power,
-                    mean_flow: of_motions * differences.mean_flow,
-                    total_force: factor * differences.total_force,
-                },
-            );
+            let mut errors_of_variant = all.largest_differences(solution, &other).times(&factors);
+            if variant == Variant::Lowered && effect.is_some() {
+                // A mean is too small for a sphere in a narrow gap that changes less than others.
+                let pair = (solution, &other);
+                let [velocity, angular_velocity] = all.largest_weighted(pair, mobility.tails());
+                errors_of_variant.raise(&LargestDifferences {
+                    velocity,
+                    angular_velocity,
+                    ..LargestDifferences::default()
+                });
+            }
+            bars.add(1.0, &errors_of_variant);
             let change = response - &linked.response(&other)?;
             let change = &change * of_motions;
             errors.signed = Some(match errors.signed.take() {

@@ -177,14 +177,9 @@ fn random_loads_of_many_spheres_have_the_resistance_as_covariance() {
     let scene = model.scene().clone();
     let (state, shape) = (scene.initial_state(), scene.articulation().initial_shape());
     let places = scene.articulation().state_velocities();
-    // Sums of twelve numbers of a linear congruence (Knuth, MMIX) have a variance of one.
-    let mut seed = 1_u64;
-    let mut uniform = || {
-        let (factor, summand) = (6_364_136_223_846_793_005, 1_442_695_040_888_963_407);
-        seed = seed.wrapping_mul(factor).wrapping_add(summand);
-        (seed >> 11) as f64 / (1_u64 << 53) as f64
-    };
-    let mut normal = || (0..12).map(|_| uniform()).sum::<f64>() - 6.0;
+    // Sums of twelve uniform numbers have a variance of one.
+    let mut random = fastrand::Rng::with_seed(1);
+    let mut normal = || (0..12).map(|_| random.f64()).sum::<f64>() - 6.0;
     let mut sum = 0.0;
     for _ in 0..DRAWS {
         let configuration = Configuration::new(&state, shape);
